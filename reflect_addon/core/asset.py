@@ -1,0 +1,58 @@
+"""A baked stand-in in memory. core/asset_files.py writes and reads it."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+# What a half float may hold with its full 11 bits; images above it are stored divided by a power of two.
+HALF_MAX = 65504.0
+
+
+@dataclass(frozen=True)
+class Asset:
+    """What a method looks its answers up in, for one reflector (or for all: reflector == "").
+
+    images: name ending in _tx (float16 (H, W, 4): radiance and what goes with it, filtered or fetched) or _buf
+    (float32 (H, W, 4): tables, fetched exactly). Row 0 is the bottom.
+    uniforms: name -> float or tuple of 2 to 4 floats; changing one needs no new shader.
+    options: name -> int, float, bool or str that the kernel reads while it is recorded; changing one makes another
+    shader variant (a count of loop steps, a switch).
+    """
+
+    kind: str  # the method's name
+    reflector: str  # the object's name; "" when it serves every reflector
+    images: dict[str, np.ndarray]
+    uniforms: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
+    options: dict[str, object] = field(default_factory=dict)
+    settings: dict[str, object] = field(default_factory=dict)  # what the user asked for (resolution, samples ...)
+    requires: tuple[str, ...] = ()  # kinds whose assets (of the same reflector) this one reads too
+    inputs_hash: str = ""  # sha256 over everything the content depends on; differs from the scene's: stale
+    source: str = "trace"  # what made it: 'trace' (Cycles) | 'capture' (GPU) | 'viewport'
+    bake_seconds: float = 0.0
+
+    def bytes(self) -> int:
+        """Memory on the GPU: 8 bytes a texel of _tx, 16 of _buf."""
+        return sum(a.shape[0] * a.shape[1] * (8 if name.endswith("_tx") else 16) for name, a in self.images.items())
+
+    def joined(self, *others: "Asset") -> "Asset":
+        """This asset with the images, uniforms and options of those it requires. A name in two of them is an error."""
+        parts = {"images": dict(self.images), "uniforms": dict(self.uniforms), "options": dict(self.options)}
+        for other in others:
+            for key, merged in parts.items():
+                values = getattr(other, key)
+                clash = merged.keys() & values.keys()
+                if clash:
+                    raise ValueError(f"assets {self.kind} and {other.kind} both have {key} {sorted(clash)}")
+                merged.update(values)
+        return replace(self, **parts, bake_seconds=self.bake_seconds + sum(o.bake_seconds for o in others))
+
+
+def half_with_scale(radiance: np.ndarray) -> tuple[np.ndarray, float]:
+    """(radiance / scale as float16, scale): scale is the smallest power of two >= 1 that keeps the peak finite.
+
+    Non-finite input becomes 0, negative is kept. HDR suns of 7e4 and more survive (half floats end at 65504).
+    """
+    radiance = np.nan_to_num(np.asarray(radiance, np.float32), nan=0.0, posinf=0.0, neginf=0.0)
+    peak = float(np.abs(radiance).max(initial=0.0))
+    scale = float(2.0 ** max(0.0, np.ceil(np.log2(max(peak, 1.0) / HALF_MAX))))
+    return (radiance / scale).astype(np.float16), scale

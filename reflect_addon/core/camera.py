@@ -1,0 +1,47 @@
+"""A camera as numbers: what the ray map and the primary rays of a picture need."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .rays import Rays
+
+
+@dataclass(frozen=True)
+class Camera:
+    """world_from_camera is rigid; clip_from_camera is an OpenGL projection (z in -1..1), as Blender's gpu.matrix has it."""
+
+    world_from_camera: np.ndarray  # (4, 4) float64
+    clip_from_camera: np.ndarray  # (4, 4) float64
+    width: int  # px
+    height: int  # px
+
+    @property
+    def is_orthographic(self) -> bool:
+        return bool(self.clip_from_camera[3, 3] == 1.0)
+
+    def clip_from_world(self) -> np.ndarray:
+        return self.clip_from_camera @ np.linalg.inv(self.world_from_camera)
+
+    def primary_rays(self) -> Rays:
+        """Rays through the pixel centres, row 0 at the bottom, (H*W, 3). Perspective rays start at the eye,
+        orthographic ones on the near plane."""
+        x = (np.arange(self.width) + 0.5) / self.width * 2 - 1
+        y = (np.arange(self.height) + 0.5) / self.height * 2 - 1
+        ndc = np.stack(np.broadcast_arrays(x[None, :], y[:, None]), -1).reshape(-1, 2)
+        camera_from_clip = np.linalg.inv(self.clip_from_camera)
+        near = _unproject(camera_from_clip, ndc, -1.0)
+        if self.is_orthographic:
+            origin, direction = near, np.broadcast_to([0.0, 0.0, -1.0], near.shape)
+        else:
+            origin, direction = np.zeros_like(near), near / np.linalg.norm(near, axis=-1, keepdims=True)
+        rotation = self.world_from_camera[:3, :3]
+        return Rays(
+            (origin @ rotation.T + self.world_from_camera[:3, 3]).astype(np.float32),
+            (direction @ rotation.T).astype(np.float32),
+        )
+
+
+def _unproject(camera_from_clip: np.ndarray, ndc: np.ndarray, z: float) -> np.ndarray:
+    p = np.concatenate([ndc, np.full((len(ndc), 1), z), np.ones((len(ndc), 1))], -1) @ camera_from_clip.T
+    return p[:, :3] / p[:, 3:]

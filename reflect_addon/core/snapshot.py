@@ -1,0 +1,78 @@
+"""What a scene is to Reflect: arrays, no bpy. scene/snapshot.py fills it from the depsgraph."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """An evaluated triangle mesh in object space. Corners, not vertices: normals may split at edges."""
+
+    positions: np.ndarray  # (V, 3) float32, object space, m
+    triangles: np.ndarray  # (T, 3) int32 into positions
+    corner_normals: np.ndarray  # (T, 3, 3) float32, object space, unit: shading normals of the triangles' corners
+    material_index: np.ndarray  # (T,) int32 into the instance's materials
+
+
+@dataclass(frozen=True)
+class Material:
+    """The part of a surface that a reflection needs. Linked sockets are reduced to one value (see scene/materials.py)."""
+
+    name: str
+    metallic: float = 0.0  # 0..1
+    roughness: float = 0.5  # 0..1, Blender's (alpha = roughness squared)
+    base_color: tuple[float, float, float] = (0.8, 0.8, 0.8)  # linear
+    specular_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)  # linear: edge tint of a metal, tint of a dielectric
+    ior: float = 1.5  # dielectric
+    specular_weight: float = 1.0  # share of the surface that is a mirror-like lobe (mixes), 0 = none
+    is_reflector: bool = False  # shiny enough to be worth a reflection
+    simplified: tuple[str, ...] = ()  # what was reduced, in words for the panel: "roughness is a texture; used its mean"
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One object, or one dupli of it, placed in the world."""
+
+    name: str  # unique in the snapshot: the object's name, with "/k" for the k-th dupli of it
+    object_name: str  # the original object's name
+    mesh: int  # into SceneSnapshot.meshes
+    world_from_object: np.ndarray  # (4, 4) float64
+    materials: tuple[int, ...]  # into SceneSnapshot.materials, one per slot (at least one)
+    is_reflector: bool = False  # from its materials, or as marked by hand
+    mark: str = "AUTO"  # 'AUTO' | 'YES' | 'NO': the mark that the user set on the object
+    visible_glossy: bool = True  # seen in reflections at all
+
+
+@dataclass(frozen=True)
+class SceneSnapshot:
+    """Everything the methods may know about the scene at one frame."""
+
+    scene_name: str
+    frame: int
+    meshes: tuple[Mesh, ...]
+    materials: tuple[Material, ...]
+    instances: tuple[Instance, ...]
+    geometry_hash: str = ""  # sha256 over meshes, transforms, materials, lights and world: what an asset depends on
+    warnings: tuple[str, ...] = field(default=())  # objects left out, and why
+
+    def reflectors(self) -> tuple[Instance, ...]:
+        return tuple(i for i in self.instances if i.is_reflector)
+
+    def world_positions(self, instance: Instance) -> np.ndarray:
+        """(V, 3) float64 vertices of an instance in world space."""
+        m = instance.world_from_object
+        return self.meshes[instance.mesh].positions.astype(np.float64) @ m[:3, :3].T + m[:3, 3]
+
+    def bounds(self, instances=None) -> tuple[np.ndarray, np.ndarray]:
+        """(min, max), each (3,) float64 world, of the given instances or of all; zeros when there is nothing."""
+        boxes = [self.world_positions(i) for i in (self.instances if instances is None else instances)]
+        boxes = [p for p in boxes if len(p)]
+        if not boxes:
+            return np.zeros(3), np.zeros(3)
+        return np.min([p.min(0) for p in boxes], 0), np.max([p.max(0) for p in boxes], 0)
+
+    def diagonal(self) -> float:
+        """Length of the scene's bounding-box diagonal, m: what hit errors are divided by."""
+        low, high = self.bounds()
+        return float(np.linalg.norm(high - low))

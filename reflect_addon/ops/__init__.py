@@ -1,0 +1,1 @@
+"""One thin operator per file: poll, gather settings, call one function, report."""

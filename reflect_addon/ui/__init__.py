@@ -1,0 +1,1 @@
+"""Panels and preferences: what the user sees; no logic."""
