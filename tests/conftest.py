@@ -1,0 +1,48 @@
+"""Fixtures: an isolated Blender profile, a fresh file per test, real data where it is there, the GPU where it works."""
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+# Before bpy is imported: tests must never see or touch the profile of the person who runs them.
+os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="reflect-profile-"))
+
+
+@pytest.fixture
+def rng():
+    """A generator with a fixed seed: every random test is the same test every time."""
+    return np.random.default_rng(20260102)
+
+
+@pytest.fixture
+def fresh_file():
+    """An empty .blend in this process: no objects, no world, one scene with one view layer. Yields bpy."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    yield bpy
+
+
+@pytest.fixture(scope="session")
+def device():
+    """Blender's gpu module, initialised. A machine without one fails: software OpenGL is enough and ./dev installs it."""
+    import bpy  # noqa: F401  gpu needs it first
+    import gpu
+
+    gpu.init()
+    return gpu
+
+
+@pytest.fixture(scope="session")
+def shared():
+    """The folder with real models and worlds beside the checkout; tests that need it are skipped loudly without it."""
+    for candidate in (os.environ.get("REFLECT_SHARED"), ROOT.parent / "shared"):
+        if candidate and (Path(candidate) / "models").is_dir():
+            return Path(candidate)
+    pytest.skip("SKIPPED: no shared/models beside the checkout; set REFLECT_SHARED to try real data")
