@@ -41,10 +41,10 @@ def run_nodes(bpy, tmp_path, groups: dict, inputs: dict[str, np.ndarray], engine
                 tree.links.new(source, node.inputs[name])
         for name, size in outputs.items():
             aov = layer.aovs.add()
-            aov.name, aov.type = f"{key}_{name}", "VALUE" if size == 1 else "COLOR"
+            aov.name, aov.type = f"{key}_{name}", "COLOR"  # EEVEE stores zeros in those of type VALUE
             store = tree.nodes.new("ShaderNodeOutputAOV")
             store.aov_name = aov.name
-            tree.links.new(node.outputs[name.capitalize()], store.inputs["Value" if size == 1 else "Color"])
+            tree.links.new(node.outputs[name.capitalize()], store.inputs["Color"])
     emission, surface = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(emission.outputs[0], surface.inputs["Surface"])
     bpy.data.objects["bench"].data.materials.append(material)
@@ -53,8 +53,7 @@ def run_nodes(bpy, tmp_path, groups: dict, inputs: dict[str, np.ndarray], engine
     for key, (_, outputs) in groups.items():
         answers[key] = {}
         for name, size in outputs.items():
-            letters = "X" if size == 1 else "RGB"[:size]
-            planes = [channels[f"{key}_{name}.{letter}"].ravel()[:count] for letter in letters]
+            planes = [channels[f"{key}_{name}.{letter}"].ravel()[:count] for letter in "RGB"[:size]]
             answers[key][name] = planes[0] if size == 1 else np.stack(planes, -1)
     return answers
 

@@ -23,6 +23,15 @@ def as_rows(values: np.ndarray) -> np.ndarray:
     return out.reshape(rows, WIDTH, 4)
 
 
+def _is_read(shader, name: str) -> bool:
+    """False for what the driver's compiler found out to be without effect: setting that is an error."""
+    try:
+        shader.uniform_from_name(name)
+    except ValueError:
+        return False
+    return True
+
+
 def run_glsl(gpu, kernels, inputs: dict[str, np.ndarray], assets) -> list[dict[str, np.ndarray]]:
     """Outputs of each kernel (they share inputs) for its asset: name -> (N,) or (N, c) float32. One shader for all."""
     count = len(next(iter(inputs.values())))
@@ -32,7 +41,7 @@ def run_glsl(gpu, kernels, inputs: dict[str, np.ndarray], assets) -> list[dict[s
         info.sampler(slot, "FLOAT_2D", f"input_{name}")
         bound.append((f"input_{name}", texture(gpu, as_rows(values))))
         kind, letters = next(iter(kernels)).inputs[name], "xyzw"[: np.asarray(values).reshape(count, -1).shape[1]]
-        body.append(f"{kind} {name} = texelFetch(input_{name}, at, 0).{letters};")
+        body.append(f"{kind} {name} = texelFetch(input_{name}, here, 0).{letters};")
         slot += 1
     blocks, typedefs, pushed, results = [], [], [], []
     rows = as_rows(np.zeros(count)).shape[0]
@@ -45,7 +54,7 @@ def run_glsl(gpu, kernels, inputs: dict[str, np.ndarray], assets) -> list[dict[s
             typedefs.append(kernel.typedef)
             info.uniform_buf(len(blocks), kernel.block_type, kernel.block_name)
             blocks.append((kernel.block_name, gpu.types.GPUUniformBuf(kernel.pack_uniforms(asset))))
-        values = kernel.values(asset)
+        values = kernel.values(asset) if kernel.uniforms else {}
         for name, constant in kernel.push_names.items():
             kind = kernel.uniforms[name]
             info.push_constant({"bool": "FLOAT"}.get(kind, kind.upper()), constant)
@@ -57,22 +66,26 @@ def run_glsl(gpu, kernels, inputs: dict[str, np.ndarray], assets) -> list[dict[s
         for name, kind in kernel.outputs.items():
             variable = f"{kernel.function}_{name}"
             parts = {"vec2": f"{variable}, 0.0, 0.0", "vec3": f"{variable}, 0.0"}.get(kind, variable)
-            body.append(f"imageStore({variable}_img, at, vec4({'float(' + parts + ')' if kind == 'bool' else parts}));")
+            body.append(f"imageStore({variable}_img, here, vec4({'float(' + parts + ')' if kind == 'bool' else parts}));")
             image = gpu.types.GPUTexture((WIDTH, rows), format="RGBA32F")
             info.image(len(results), "RGBA32F", "FLOAT_2D", f"{variable}_img", qualifiers={"WRITE"})
             results.append((kernel, name, kind, f"{variable}_img", image))
     if typedefs:
         info.typedef_source("".join(typedefs))
     info.local_group_size(32, 1, 1)
-    lines = ["ivec2 at = ivec2(gl_GlobalInvocationID.xy);", *body]
+    lines = ["ivec2 here = ivec2(gl_GlobalInvocationID.xy);", *body]
     info.compute_source("".join(k.source for k in kernels) + "void main()\n{\n  " + "\n  ".join(lines) + "\n}\n")
     shader = gpu.shader.create_from_info(info)
     shader.bind()
     for name, made in bound:
+        if not _is_read(shader, name):
+            continue
         shader.uniform_sampler(name, made)
     for name, block in blocks:
         shader.uniform_block(name, block)
     for name, value in pushed:
+        if not _is_read(shader, name):
+            continue
         shader.uniform_float(name, value if len(value) > 1 else value[0])
     for *_, name, image in results:
         shader.image(name, image)
