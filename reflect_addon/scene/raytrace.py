@@ -18,6 +18,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Color
 
 from ..core.errors import Cancelled
 from ..core.rays import Hits, Rays
@@ -33,8 +34,8 @@ Progress = Callable[[float, str], object]
 PATHS_PER_RENDER = 1 << 19
 FEWEST_RAYS = 256  # per render, however many samples: below this the start of a render costs more than its rays
 COLUMNS = 1024  # of the ray image
-# Work per render besides the paths is small, so seeds of neighbouring bundles must not share their noise.
-SEED_STEP = 7919
+LEAST_SIDE = 4  # px, of a picture that Blender renders
+SEED_STEP = 7919  # between the caller's seeds: parts of one bundle count up from there and must not share their noise
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def primary(
     passes = ("glossy_direct", "glossy_indirect", "glossy_color")
     channels, names = _render(rays, frozenset(), samples, seed, scene, False, progress, passes)
     hits = _hits(rays, channels, names)
-    glossy = (channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"]
+    glossy = _rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
     shape = (camera.height, camera.width)
     return Primary(
         hits.radiance.reshape(*shape, 3),
@@ -122,13 +123,12 @@ def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
                     values = stacked(channels, name, letters)
                     out[name][rows] = values.reshape(-1, len(letters))[: rows.stop - rows.start]
     _tell(progress, 1.0, f"traced {count:,} rays")
-    out["Combined"] = _rec709(out["Combined"])
     return out, names
 
 
 def _render_part(scene, folder: Path, part: int, origin: np.ndarray, direction: np.ndarray) -> dict[str, np.ndarray]:
-    columns = min(COLUMNS, len(origin))
-    rows = -(-len(origin) // columns)
+    columns = max(min(COLUMNS, len(origin)), LEAST_SIDE)
+    rows = max(-(-len(origin) // columns), LEAST_SIDE)
     camera = scene.camera.data
     # New names each time: the renderer's image cache is keyed by them.
     paths = {"origins": folder / f"origins{part}.exr", "directions": folder / f"directions{part}.exr"}
@@ -156,7 +156,7 @@ def _hits(rays: Rays, channels: dict[str, np.ndarray], names: tuple[str, ...]) -
     length = np.linalg.norm(channels["Normal"], axis=-1, keepdims=True)
     normal = np.where(hit[:, None] & (length > 0), channels["Normal"] / np.maximum(length, 1e-30), 0)
     return Hits(
-        channels["Combined"],
+        _rec709(channels["Combined"]),
         np.where(hit[:, None], channels["Position"], far).astype(np.float32),
         normal.astype(np.float32),
         index,
@@ -180,4 +180,8 @@ def _tell(progress: Progress | None, share: float, text: str) -> None:
 
 
 def _rec709(radiance: np.ndarray) -> np.ndarray:
-    return radiance
+    """From the file's working space (Rec.709, Rec.2020 or ACEScg) to linear Rec.709, which all of Reflect speaks."""
+    if bpy.data.colorspace.working_space == "Linear Rec.709":
+        return radiance
+    rec709_from_scene = [Color(unit).from_scene_linear_to_rec709_linear() for unit in np.eye(3)]
+    return radiance @ np.array(rec709_from_scene, np.float32)
