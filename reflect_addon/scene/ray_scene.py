@@ -109,8 +109,10 @@ def _settings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, samples: int) 
     for name, value in {
         "device": "CPU", "samples": samples, "use_layer_samples": "IGNORE", "use_sample_subset": False,
         "sample_offset": 0, "time_limit": 0.0, "use_denoising": False, "use_adaptive_sampling": False,
-        "use_animated_seed": False, "film_exposure": 1.0, "pixel_filter_type": "BOX", "filter_width": 0.01,
-        "use_pixel_jitter": False, "use_auto_tile": False, "use_guiding": False, "use_camera_cull": False,
+        "use_animated_seed": False, "film_exposure": 1.0,
+        # Through the pixel's centre. (BOX ignores its width and reaches the pixel's edges.)
+        "pixel_filter_type": "BLACKMAN_HARRIS", "filter_width": 0.01, "use_pixel_jitter": False,
+        "use_auto_tile": False, "use_guiding": False, "use_camera_cull": False,
         "use_distance_cull": False,
     }.items():  # fmt: skip
         setattr(cycles, name, value)
