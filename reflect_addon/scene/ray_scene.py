@@ -34,6 +34,7 @@ def ray_scene(
     shader = compile_camera(folder)
     objects = sorted(bpy.data.objects, key=lambda o: o.name_full)
     with ExitStack() as stack:
+        stack.callback(_remove_new_images, {image.session_uid for image in bpy.data.images})
         temporary = scene.copy()
         stack.callback(bpy.data.scenes.remove, temporary)
         temporary.name = "Reflect rays"
@@ -70,7 +71,7 @@ def compile_camera(folder: Path) -> Path:
         "Use the official build from blender.org, or set 'Python for baking' in the add-on's preferences to the "
         "project's own Python (.venv/bin/python)."
     )
-    if not getattr(bpy.app.build_options, "cycles_osl", False):
+    if not build_options().cycles_osl:
         raise ReflectError(f"This Blender ({bpy.app.version_string}) was built without Cycles' OSL.", remedy)
     import _cycles
 
@@ -80,12 +81,22 @@ def compile_camera(folder: Path) -> Path:
     return compiled
 
 
+def build_options():
+    return bpy.app.build_options
+
+
 def _only_layer(scene: bpy.types.Scene, temporary: bpy.types.Scene) -> bpy.types.ViewLayer:
     """The copy of the layer that would be rendered first, made the only one that is."""
     name = next((layer.name for layer in scene.view_layers if layer.use), scene.view_layers[0].name)
     for layer in temporary.view_layers:
         layer.use = layer.name == name
     return temporary.view_layers[name]
+
+
+def _remove_new_images(known: set[int]) -> None:
+    """The first render of a session adds the image 'Render Result' to the file."""
+    for image in [i for i in bpy.data.images if i.session_uid not in known]:
+        bpy.data.images.remove(image)
 
 
 def _settings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, samples: int) -> None:

@@ -97,6 +97,11 @@ def primary(
     )
 
 
+def memory_folder() -> str | None:
+    """A RAM disk where there is one, else None: a render's rays and results are some 60 MB."""
+    return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
+
 def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
     """(pass name -> (N, channels) float32, object names). The ray bundle goes through in parts of fixed size."""
     origin, direction = _checked(rays)
@@ -108,9 +113,7 @@ def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
     wanted |= {name.title().replace("_", " "): "RGB" for name in passes}
     out = {name: np.zeros((count, len(letters)), np.float32) for name, letters in wanted.items()}
     per_render = max(PATHS_PER_RENDER // samples, FEWEST_RAYS)
-    # A RAM disk where there is one: a render's rays and results are some 60 MB.
-    memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-    with tempfile.TemporaryDirectory(prefix="reflect-rays-", dir=memory, ignore_cleanup_errors=True) as folder:
+    with tempfile.TemporaryDirectory(prefix="reflect-rays-", dir=memory_folder()) as folder:
         with ray_scene(scene, Path(folder), hide, samples, as_reflection) as (temporary, names):
             for name in passes:
                 setattr(next(layer for layer in temporary.view_layers if layer.use), f"use_pass_{name}", True)

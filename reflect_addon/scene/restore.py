@@ -33,18 +33,6 @@ def attributes(changes: Iterable[Change]) -> Iterator[None]:
             raise RuntimeError("could not restore " + "; ".join(failures))
 
 
-@contextmanager
-def removed_after(*collections) -> Iterator[None]:
-    """Removes every data-block that appeared in the given `bpy.data` collections during the block."""
-    before = [{block.session_uid for block in collection} for collection in collections]
-    try:
-        yield
-    finally:
-        for collection, known in zip(collections, before):
-            for block in [b for b in collection if b.session_uid not in known]:
-                collection.remove(block)
-
-
 def _copied(value):
     """A value that does not change with its owner: vectors and colours are views into Blender's memory."""
     return value[:] if hasattr(value, "__len__") and not isinstance(value, (str, bytes, set)) else value

@@ -2,21 +2,26 @@
 
 Bytes of two saved files differ although nothing changed (they hold memory addresses), so the comparison walks what
 Blender's own type system lists: numbers, strings, enums, arrays, nested structures, collections and custom properties.
-A reference to a data-block is written as its type and name. Left out are only session_uid (counts up by itself) and the
-tag bits that scripts use as scratch.
+A reference to a data-block is written as its type and name. Left out are windows, session_uid (counts up by itself) and
+the tag bits that scripts use as scratch.
 """
 
 import bpy
 
-SKIPPED = {"rna_type", "session_uid", "tag", "original", "preview", "depsgraph"}
-BULK = 64  # arrays of vertices and the like: read in bulk through foreach_get
+SKIPPED = {"rna_type", "session_uid", "tag", "original", "preview", "depsgraph", "use_nodes"}  # use_nodes: always true, and on its way out
+WINDOWS = {"all_ids", "screens", "workspaces", "window_managers"}  # duplicates; what the person looks at
 
 
 def dump() -> dict[str, object]:
-    """'Collection/name' -> nested tuples of its values."""
+    """'Collection/name' -> nested tuples of its values. Walked twice: some layers of a mesh exist only once read."""
+    _walk()
+    return _walk()
+
+
+def _walk():
     out = {}
     for prop in bpy.data.bl_rna.properties:
-        if prop.type != "COLLECTION":
+        if prop.type != "COLLECTION" or prop.identifier in WINDOWS:
             continue
         for block in getattr(bpy.data, prop.identifier):
             out[f"{prop.identifier}/{block.name_full}"] = _struct(block, 0)
