@@ -105,6 +105,15 @@ def test_division_by_zero_is_huge_not_zero(fresh_file, tmp_path):
     assert got["y"][:2].tolist() == [[-7.0, np.float32(1e30)], [-1.0, 0.5]]
 
 
+def test_a_guarded_division_costs_one_node(fresh_file):
+    """k.away_from_zero must be recognised, or every division of a kernel is paid for twice."""
+    guarded = record_function(lambda k, s, a: {"x": k.exp2(a) / k.max(a, 0.5) / k.away_from_zero(a)}, {"a": "float"})
+    bare = record_function(lambda k, s, a: {"x": k.exp2(a) / k.max(a, 0.5) / a}, {"a": "float"})
+    trees = [emit_nodes(program, _no_asset(), "D", ("x",)) for program in (guarded, bare)]
+    greater = [sum(getattr(n, "operation", "") == "GREATER_THAN" for n in tree.nodes) for tree in trees]
+    assert greater == [0, 1]
+
+
 def _no_asset() -> Asset:
     return Asset("none", "", {})
 

@@ -252,7 +252,7 @@ class _Writer:
         stop = ""
         if loop.has_stop:
             stop = self.expression(loop.body.results[-1])[0]
-            if not stop.isidentifier() or self.reads(loop.body.results[-1]) & set(loop.states):
+            if self.reads(loop.body.results[-1]) & set(loop.states):
                 name = self.space.new("stop")
                 self.line(f"bool {name} = {stop};")
                 stop = name
