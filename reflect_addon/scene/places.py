@@ -6,7 +6,8 @@ import bpy
 
 from ..core.asset_places import scene_folder
 
-EXTENSION = __package__.removesuffix(".reflect_addon.scene")  # "bl_ext.<repository>.reflect_addon" once installed
+# "bl_ext.<repository>.reflect_addon" once installed; "reflect_addon" when run from the source tree
+EXTENSION = __package__.removesuffix(".scene").removesuffix(".reflect_addon")
 
 
 def user_folder() -> Path:

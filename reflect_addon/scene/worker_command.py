@@ -8,8 +8,8 @@ from pathlib import Path
 import bpy
 
 from ..core.errors import ReflectError
+from .places import EXTENSION
 
-PACKAGE = __package__.rpartition(".")[0]  # "reflect_addon", or "bl_ext.<repository>.reflect_addon.reflect_addon"
 SOURCE = Path(__file__).resolve().parents[2]  # the folder that holds the package `reflect_addon`
 
 NAME_A_WORKER = (
@@ -33,7 +33,7 @@ def bake_command(
     environment = {k: v for k, v in os.environ.items() if k not in _OF_THIS_BLENDER}
     if is_blender:
         # The add-on may be enabled in this session only: --addons enables it in the worker too.
-        addon = ["--addons", PACKAGE.rpartition(".")[0]] if PACKAGE.startswith("bl_ext.") else []
+        addon = ["--addons", EXTENSION] if EXTENSION.startswith("bl_ext.") else []
         return [executable, *addon, "-b", str(blend), "--command", "reflect", "bake", *verb], environment
     environment["PYTHONPATH"] = str(SOURCE)
     return [executable, "-m", "reflect_addon.cli", "bake", str(blend), *verb], environment
