@@ -76,7 +76,7 @@ class REFLECT_PT_settings(_Tab, bpy.types.Panel):
         layout.use_property_split = True
         for name in settings.bake_settings():
             layout.prop(settings, name)
-        layout.prop(settings, "attenuation")
+        layout.prop(settings, "half_distance")
 
 
 class REFLECT_PT_assets(_Tab, bpy.types.Panel):

@@ -62,12 +62,13 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         min=1,
         max=4096,
     )
-    attenuation: bpy.props.FloatProperty(
-        name="Attenuation",
-        description="How fast reflections fade with the distance of what they show, per metre. 0: not at all, as in reality",
+    half_distance: bpy.props.FloatProperty(
+        name="Fade Distance",
+        description="Distance at which a reflection has faded to half. 0: reflections do not fade, as in reality",
         default=0.0,
         min=0.0,
-        soft_max=2.0,
+        soft_max=100.0,
+        subtype="DISTANCE",
         update=_look_changed,
     )
 

@@ -253,7 +253,8 @@ def drawn(**space):
     )
     seen = []
     for cls in (panel.REFLECT_PT_main, panel.REFLECT_PT_found, panel.REFLECT_PT_settings, panel.REFLECT_PT_assets):
-        cls.draw(SimpleNamespace(layout=_Layout(seen)), context)
+        if not hasattr(cls, "poll") or cls.poll(context):
+            cls.draw(SimpleNamespace(layout=_Layout(seen)), context)
     return " ".join(str(word) for entry in seen for word in entry[1:] if isinstance(word, str))
 
 
