@@ -21,7 +21,7 @@ class REFLECT_PT_main(_Tab, bpy.types.Panel):
     def draw(self, context):
         layout, scene = self.layout, context.scene
         state = live.of(scene)
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(scene.reflect, "method")
         _bake_row(layout, state)
         for message in (state.bake_error, state.read_error, state.draw_error, *state.problems):
@@ -73,7 +73,7 @@ class REFLECT_PT_settings(_Tab, bpy.types.Panel):
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.reflect
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         for name in settings.bake_settings():
             layout.prop(settings, name)
         layout.prop(settings, "half_distance")

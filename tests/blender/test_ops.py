@@ -259,7 +259,7 @@ def drawn(**space):
 
 
 class _Layout(Recorder):
-    use_property_split = False
+    use_property_split = use_property_decorate = False
 
 
 def test_panels_draw_in_every_state(ball, monkeypatch):
