@@ -37,11 +37,10 @@ def _file_loaded(_path, _unused=None):
 
 @persistent
 def _file_saved(path, _unused=None):
-    """The folder of the assets goes with the file's name. A copy, as the bake worker gets one, changes nothing."""
-    if path != bpy.data.filepath:
-        return
-    for scene in bpy.data.scenes:
-        live.of(scene).reload(scene)
+    """A copy, as the bake worker gets one, changes nothing."""
+    if path == bpy.data.filepath:
+        for scene in bpy.data.scenes:
+            live.of(scene).follow(scene)
 
 
 HANDLERS = {

@@ -7,15 +7,17 @@ milliseconds to seconds, so the waiting time grows with what the last reading to
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import bpy
 
 from ..core import methods
 from ..core.asset import Asset
 from ..core.asset_files import is_fresh, load_asset
+from ..core.asset_places import scene_folder
 from ..core.errors import ReflectError
 from ..core.snapshot import SceneSnapshot
-from .places import assets_of
+from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
 SOONEST = 0.02  # s from a change to the next reading of the scene
@@ -33,7 +35,8 @@ class Live:
         self.snapshot: SceneSnapshot | None = None
         self.changed = True  # the scene differs from the snapshot, as far as is known
         self.read_seconds = 0.0
-        self.method = "OFF"  # whose assets are loaded
+        self.method = "OFF"  # whose assets are loaded ...
+        self.folder: Path | None = None  # ... and from where
         self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
         self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
@@ -66,10 +69,10 @@ class Live:
     def reload(self, scene: bpy.types.Scene) -> None:
         """Loads the assets of the scene's method again; reads the scene when that was never done."""
         self.assets, problems = {}, []
-        self.method = scene.reflect.method
+        self.method, self.folder = scene.reflect.method, assets_of(scene)
         if is_on(scene):
             for kind in methods.with_required(self.method):
-                for folder in sorted(assets_of(scene).glob(f"{kind}-*")):
+                for folder in sorted(self.folder.glob(f"{kind}-*")):
                     try:
                         asset = load_asset(folder)
                     except ReflectError as error:
@@ -82,6 +85,19 @@ class Live:
         else:
             self._compare(scene)
             self.show(scene)
+
+    def follow(self, scene: bpy.types.Scene) -> None:
+        """The file was saved, perhaps elsewhere: its assets are looked for there. After the first save of a new file
+        what was baked before comes along."""
+        if self.folder == assets_of(scene):
+            return
+        baked_before_the_first_save = self.folder == scene_folder(None, scene.name, user_folder()) and bool(self.assets)
+        try:
+            if baked_before_the_first_save:
+                adopt_unsaved(scene)
+        except ReflectError as error:
+            self.bake_error = str(error)
+        self.reload(scene)
 
     def show(self, scene: bpy.types.Scene) -> None:
         """Hands the state to the viewports."""

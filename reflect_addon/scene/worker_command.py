@@ -36,6 +36,7 @@ def bake_command(
         addon = ["--addons", EXTENSION] if EXTENSION.startswith("bl_ext.") else []
         return [executable, *addon, "-b", str(blend), "--command", "reflect", "bake", *verb], environment
     environment["PYTHONPATH"] = str(SOURCE)
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"  # an installed extension's folder is not ours to write into
     return [executable, "-m", "reflect_addon.cli", "bake", str(blend), *verb], environment
 
 

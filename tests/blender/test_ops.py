@@ -153,6 +153,26 @@ def test_damaged_assets_are_named(ball):
     assert "asset.json" in live_state().problems[0] and live_state().missing == ("Ball",)
 
 
+def test_the_first_save_takes_the_assets_along(registered, monkeypatch, tmp_path):
+    from reflect_addon.scene import places
+
+    monkeypatch.setattr(places.bpy.utils, "user_resource", lambda *_a, **_k: str(tmp_path / "user"))
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.reflect_mark = "YES"
+    unsaved = places.assets_of(bpy.context.scene)
+    assert unsaved.is_relative_to(tmp_path / "user")
+    save_asset(environment(reflector="Cube"), unsaved / "environment-Cube")
+    bpy.context.scene.reflect.method = "environment"
+    assert list(live_state().assets) == [("environment", "Cube")]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert (tmp_path / "reflect/Scene/environment-Cube/asset.json").exists() and not unsaved.exists()
+    assert list(live_state().assets) == [("environment", "Cube")] and not live_state().bake_error
+    (tmp_path / "b").mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "b" / "b.blend"))
+    assert live_state().missing == ("Cube",), "a file saved elsewhere has not been baked there"
+    assert (tmp_path / "reflect/Scene/environment-Cube/asset.json").exists()
+
+
 class Events:
     """Enough of a window for the modal operator."""
 

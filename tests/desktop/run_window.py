@@ -162,6 +162,7 @@ def story():
     without = picture("09-switched-off")
     assert changed(before, without) > 0.005 and not hasattr(bpy.types.Scene, "reflect")
     bpy.ops.preferences.addon_enable(module=MODULE)
+    bpy.context.preferences.addons[MODULE].preferences.worker = str(WORKER)  # Blender forgets what it switches off
     yield 3.0
     results["on again differs"] = changed(before, picture("10-switched-on"))
     assert results["on again differs"] < 0.002
