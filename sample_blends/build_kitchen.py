@@ -6,6 +6,7 @@ concave, thin and flat, close to each other and to what they reflect: no single 
 
 import math
 
+import bpy
 import numpy as np
 
 from sample_blends import scene_parts as parts
@@ -25,60 +26,58 @@ def tiles(name, first, second, size, gloss):
 
 
 def room(metals):
-    """A room of 4 x 3.4 x 2.6 m; the window is a bright pane in the left wall with bars, the lamp hangs behind the camera."""
+    """A room of 3.2 x 3.4 x 2.6 m; the window is a bright pane in the left wall with bars, the lamp hangs behind the camera."""
     wall = parts.material("Plaster", (0.78, 0.74, 0.66))
-    parts.box("Floor", (4, 3.4, 0.1), (0, 0, -0.05), parts.checker("Floor", (0.55, 0.36, 0.2), (0.42, 0.26, 0.14), 0.4))
-    parts.box("Ceiling", (4, 3.4, 0.1), (0, 0, 2.65), parts.material("Ceiling", (0.85, 0.84, 0.82)))
-    for name, size, centre in (("Wall back", (4, 0.1, 2.6), (0, 1.75, 1.3)), ("Wall front", (4, 0.1, 2.6), (0, -1.75, 1.3)),
-                               ("Wall left", (0.1, 3.4, 2.6), (-2.05, 0, 1.3)), ("Wall right", (0.1, 3.4, 2.6), (2.05, 0, 1.3))):
+    parts.box("Floor", (3.2, 3.4, 0.1), (0, 0, -0.05), parts.checker("Floor", (0.55, 0.36, 0.2), (0.42, 0.26, 0.14), 0.4))
+    parts.box("Ceiling", (3.2, 3.4, 0.1), (0, 0, 2.65), parts.material("Ceiling", (0.85, 0.84, 0.82)))
+    for name, size, centre in (("Wall back", (3.2, 0.1, 2.6), (0, 1.75, 1.3)), ("Wall front", (3.2, 0.1, 2.6), (0, -1.75, 1.3)),
+                               ("Wall left", (0.1, 3.4, 2.6), (-1.65, 0, 1.3)), ("Wall right", (0.1, 3.4, 2.6), (1.65, 0, 1.3))):
         parts.box(name, size, centre, wall)
-    parts.box("Splashback", (4, 0.02, 0.6), (0, 1.69, 1.2), tiles("Tiles", (0.75, 0.82, 0.8), (0.2, 0.42, 0.46), 0.1, 0.25))
+    parts.box("Splashback", (3.2, 0.02, 0.6), (0, 1.69, 1.2), tiles("Tiles", (0.75, 0.82, 0.8), (0.2, 0.42, 0.46), 0.1, 0.25))
     sky = parts.material("Sky", (0.75, 0.88, 1.0), emission=3.5)
-    parts.box("Window pane", (0.02, 1.3, 1.1), (-1.99, 0.35, 1.55), sky)
+    parts.box("Window pane", (0.02, 1.3, 1.1), (-1.59, 0.35, 1.55), sky)
     frame = parts.material("Window frame", (0.85, 0.83, 0.78))
-    for i, (size, centre) in enumerate((((0.06, 1.42, 0.06), (-1.97, 0.35, 0.97)), ((0.06, 1.42, 0.06), (-1.97, 0.35, 2.13)),
-                                        ((0.06, 0.06, 1.22), (-1.97, -0.33, 1.55)), ((0.06, 0.06, 1.22), (-1.97, 1.03, 1.55)),
-                                        ((0.05, 0.04, 1.1), (-1.97, 0.35, 1.55)), ((0.05, 1.3, 0.04), (-1.97, 0.35, 1.6)))):
+    for i, (size, centre) in enumerate((((0.06, 1.42, 0.06), (-1.57, 0.35, 0.97)), ((0.06, 1.42, 0.06), (-1.57, 0.35, 2.13)),
+                                        ((0.06, 0.06, 1.22), (-1.57, -0.33, 1.55)), ((0.06, 0.06, 1.22), (-1.57, 1.03, 1.55)),
+                                        ((0.05, 0.04, 1.1), (-1.57, 0.35, 1.55)), ((0.05, 1.3, 0.04), (-1.57, 0.35, 1.6)))):
         parts.box(f"Window bar {i + 1}", size, centre, frame, bevel=0.005)
-    parts.lamp("Daylight", (-1.9, 0.35, 1.6), (0.6, 0.4, 0.8), 38, 1.1, (0.85, 0.93, 1.0))
+    parts.lamp("Daylight", (-1.5, 0.35, 1.6), (0.6, 0.4, 0.8), 38, 1.1, (0.85, 0.93, 1.0))
     parts.lamp("Ceiling lamp", (0.5, -0.5, 2.55), (0.5, 0.1, 0), 30, 0.6, (1.0, 0.86, 0.68))
-    parts.box("Fridge", (0.6, 0.6, 1.8), (1.65, -0.5, 0.9), parts.material("Brushed steel", (0.72, 0.73, 0.74), 0.22, 1.0, 0.5), bevel=0.03)
-    parts.tube("Fridge handle", [(1.3, -0.72, 0.7), (1.3, -0.72, 1.0), (1.3, -0.72, 1.3)], 0.012, metals["chrome"])
+    parts.box("Fridge", (0.6, 0.6, 1.8), (1.28, -0.6, 0.9), parts.material("Brushed steel", (0.72, 0.73, 0.74), 0.22, 1.0, 0.5), bevel=0.03)
+    parts.tube("Fridge handle", [(0.93, -0.82, 0.7), (0.93, -0.82, 1.0), (0.93, -0.82, 1.3)], 0.012, metals["chrome"])
 
 
 def counter(metals):
     """Cupboards with a worktop, a sink sunk into it, and a tap over the sink."""
     front = parts.material("Cupboard", (0.2, 0.32, 0.36), 0.55, specular=0.3)
-    for i, x in enumerate((-1.5, -0.5, 0.5, 1.5)):
-        parts.box(f"Cupboard {i + 1}", (0.98, 0.56, 0.84), (x, 1.38, 0.44), front, bevel=0.012)
+    for i, x in enumerate((-1.2, -0.4, 0.4, 1.2)):
+        parts.box(f"Cupboard {i + 1}", (0.78, 0.56, 0.84), (x, 1.38, 0.44), front, bevel=0.012)
         knob = [(0, 0), (0.008, 0), (0.008, 0.02), (0.02, 0.026), (0.018, 0.036), (0, 0.04)]
-        parts.lathe(f"Knob {i + 1}", knob, metals["brass"], 24, location=(x + 0.38, 1.1, 0.72), rotation=(math.radians(90), 0, 0))
+        parts.lathe(f"Knob {i + 1}", knob, metals["brass"], 24, location=(x + 0.3, 1.1, 0.72), rotation=(math.radians(90), 0, 0))
     top = parts.material("Worktop", (0.36, 0.2, 0.1), 0.5, specular=0.3)
-    for i, (size, x, y) in enumerate((((1.15, 0.64, 0.04), -1.425, 1.38), ((2.25, 0.64, 0.04), 0.875, 1.38),
+    for i, (size, x, y) in enumerate((((0.75, 0.64, 0.04), -1.225, 1.38), ((1.85, 0.64, 0.04), 0.675, 1.38),
                                       ((0.6, 0.12, 0.04), -0.55, 1.64), ((0.6, 0.1, 0.04), -0.55, 1.11))):
         parts.box(f"Worktop {i + 1}", size, (x, y, 0.88), top)
     steel = parts.material("Sink steel", (0.75, 0.76, 0.77), 0.12, 1.0, 0.5)
-    parts.box("Sink", (0.6, 0.42, 0.2), (-0.55, 1.37, 0.8), steel, inside=True).data.polygons[5].select = False
-    sink = parts.bpy.data.objects["Sink"]
-    opened = [tuple(face.vertices) for face in sink.data.polygons if face.normal.z > -0.5]
-    corners = [tuple(vertex.co) for vertex in sink.data.vertices]
-    sink.data.clear_geometry()
-    sink.data.from_pydata(corners, [], opened)
+    x, y, low, high = 0.3, 0.21, -0.12, 0.1
+    corners = [(-x, -y, low), (x, -y, low), (x, y, low), (-x, y, low), (-x, -y, high), (x, -y, high), (x, y, high), (-x, y, high)]
+    sides = [(0, 1, 2, 3), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
+    parts.mesh("Sink", corners, sides, steel, smooth=False, location=(-0.55, 1.37, 0.8))
     neck = np.vstack([[(-0.55, 1.62, 0.9), (-0.55, 1.62, 1.05), (-0.55, 1.62, 1.17)],
                       parts.arc((-0.55, 1.52, 1.2), 0.1, 0, 180, 14, "yz"), [(-0.55, 1.42, 1.14)]])
-    parts.tube("Tap", neck, 0.016, metals["chrome"], 24)
+    parts.tube("Tap", neck, 0.02, metals["chrome"], 24)
     parts.lathe("Tap base", [(0, 0), (0.035, 0), (0.035, 0.02), (0.02, 0.035), (0, 0.035)], metals["chrome"], location=(-0.55, 1.62, 0.9))
     parts.tube("Tap lever", [(-0.53, 1.62, 0.97), (-0.49, 1.62, 0.99), (-0.44, 1.62, 1.03)], 0.008, metals["chrome"])
 
 
 def kettle(metals):
     """A chrome kettle: turned body and lid, swept spout and handle."""
-    at = (0.12, 1.33, 0.9)
+    at, grown = (0.12, 1.33, 0.9), (1.35, 1.35, 1.35)
     body = [(0, 0), (0.115, 0), (0.13, 0.012), (0.135, 0.05), (0.122, 0.11), (0.095, 0.15), (0.06, 0.168), (0.058, 0.174), (0.03, 0.186), (0, 0.188)]
-    parts.lathe("Kettle", rounded(body, 3), metals["chrome"], 64, location=at)
-    parts.sphere("Kettle knob", 0.018, parts.material("Bakelite", (0.02, 0.02, 0.02), 0.15, specular=0.5), 32, location=(at[0], at[1], at[2] + 0.2))
-    parts.tube("Kettle spout", [(-0.09, 0, 0.075), (-0.13, 0, 0.09), (-0.155, 0, 0.12), (-0.175, 0, 0.155)], 0.02, metals["chrome"], 24, location=at)
-    parts.tube("Kettle handle", parts.arc((0, 0, 0.13), 0.115, 15, 165, 20), 0.011, parts.bpy.data.materials["Bakelite"], location=at)
+    parts.lathe("Kettle", rounded(body, 2), metals["chrome"], 64, location=at, scale=grown)
+    parts.sphere("Kettle knob", 0.018, parts.material("Bakelite", (0.02, 0.02, 0.02), 0.15, specular=0.5), 32, location=(at[0], at[1], at[2] + 0.27), scale=grown)
+    parts.tube("Kettle spout", [(-0.09, 0, 0.075), (-0.13, 0, 0.09), (-0.155, 0, 0.12), (-0.175, 0, 0.155)], 0.02, metals["chrome"], 24, location=at, scale=grown)
+    parts.tube("Kettle handle", parts.arc((0, 0, 0.13), 0.115, 15, 165, 20), 0.011, bpy.data.materials["Bakelite"], location=at, scale=grown)
 
 
 def rounded(profile, times):
@@ -112,16 +111,16 @@ def crockery():
 def table(metals):
     """A glass table in front: a bevelled pane on chrome legs, with a steel bowl and a cup on it."""
     glass = parts.material("Glass", (0.92, 0.98, 0.96), 0.0, specular=0.5, IOR=1.5, Transmission_Weight=1.0)
-    parts.box("Table top", (1.3, 0.75, 0.02), (0.1, -0.1, 0.74), glass, bevel=0.006)
-    for i, (x, y) in enumerate(((-0.48, -0.4), (0.68, -0.4), (-0.48, 0.2), (0.68, 0.2))):
+    parts.box("Table top", (1.3, 0.75, 0.02), (-0.05, 0.2, 0.74), glass, bevel=0.006)
+    for i, (x, y) in enumerate(((-0.63, -0.1), (0.53, -0.1), (-0.63, 0.5), (0.53, 0.5))):
         parts.tube(f"Table leg {i + 1}", [(x, y, 0.0), (x, y, 0.36), (x, y, 0.728)], 0.02, metals["chrome"])
-    bowl = rounded([(0, 0), (0.06, 0), (0.15, 0.06), (0.17, 0.12), (0.164, 0.12), (0.14, 0.06), (0.06, 0.006), (0, 0.006)], 3)
-    parts.lathe("Steel bowl", bowl, metals["chrome"], 64, location=(0.32, -0.02, 0.752))
-    for i, (x, y) in enumerate(((0.27, -0.03), (0.36, 0.02))):
+    bowl = rounded([(0, 0), (0.06, 0), (0.15, 0.06), (0.17, 0.12), (0.164, 0.12), (0.14, 0.06), (0.06, 0.006), (0, 0.006)], 2)
+    parts.lathe("Steel bowl", bowl, metals["chrome"], 64, location=(0.2, 0.25, 0.752))
+    for i, (x, y) in enumerate(((0.15, 0.24), (0.24, 0.29))):
         parts.sphere(f"Lemon {i + 1}", 0.04, parts.material(f"Lemon {i + 1}", (0.9, 0.7, 0.05), 0.5, specular=0.3), 32, location=(x, y, 0.81), scale=(1.2, 1, 1))
     cup = rounded([(0, 0), (0.028, 0), (0.042, 0.02), (0.045, 0.08), (0.041, 0.08), (0.037, 0.02), (0.025, 0.008), (0, 0.008)], 2)
-    parts.lathe("Cup", cup, glaze("Red glaze", (0.6, 0.04, 0.03)), location=(-0.2, -0.12, 0.752))
-    parts.tube("Cup handle", parts.arc((-0.155, -0.12, 0.79), 0.022, -80, 80, 12), 0.005, parts.bpy.data.materials["Red glaze"])
+    parts.lathe("Cup", cup, glaze("Red glaze", (0.6, 0.04, 0.03)), location=(-0.3, 0.15, 0.752))
+    parts.tube("Cup handle", parts.arc((-0.255, 0.15, 0.79), 0.022, -80, 80, 12), 0.005, bpy.data.materials["Red glaze"])
 
 
 def build():
@@ -133,7 +132,7 @@ def build():
     kettle(metals)
     crockery()
     table(metals)
-    parts.camera((0.25, -1.35, 1.42), (0.05, 0.7, 0.98), lens=24)
+    parts.camera((0.62, -0.95, 1.45), (-0.12, 0.9, 0.95), lens=24)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ def small_world(name, height=256):
     with tempfile.TemporaryDirectory(prefix="reflect-") as folder:
         path = Path(folder) / name
         spec = oiio.ImageSpec(2 * height, height, 3, oiio.HALF)
-        spec.attribute("compression", "dwaa:45")
+        spec.attribute("compression", "dwaa:150")
         out = oiio.ImageOutput.create(str(path))
         if not (out.open(str(path), spec) and out.write_image(np.minimum(pixels, 65504.0).astype(np.float32))):
             raise OSError(f"{path}: {out.geterror()}")

@@ -156,7 +156,7 @@ def panel(name, width, height, surface, **place):
     return mesh(name, corners, [(0, 1, 2, 3)], surface, False, [(0, 0), (1, 0), (1, 1), (0, 1)], **place)
 
 
-def lathe(name, profile, surface, segments=48, smooth=True, **place):
+def lathe(name, profile, surface, segments=40, smooth=True, **place):
     """Turn a profile of (radius, height) points, bottom outside first, about Z. Radius 0 becomes a single vertex."""
     vertices, rings = [], []
     for radius, height in profile:
