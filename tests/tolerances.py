@@ -5,3 +5,8 @@ HIT_POINT_OF_DIAGONAL = 1e-5
 # NumPy against GLSL and nodes: float32 with other operation orders, half-float images identical on both sides.
 KERNEL_RADIANCE_RELATIVE = 1e-3
 KERNEL_DISTANCE_RELATIVE = 1e-4
+# core/look.py: (max, mean) display-encoded difference to OpenColorIO over 16 stops of greys and saturated colours.
+# Standard is the same formula. A 64-step table rounds the bend where a channel leaves zero: three steps of 8 bits for
+# one saturated colour in a thousand; 99 % are within 0.003.
+LOOK_STANDARD = (2e-5, 3e-6)
+LOOK_TABLE = (1.3e-2, 4e-4)

@@ -171,3 +171,10 @@ def _compile(info: ProgramInfo, vertex: str, fragment: str):
         return gpu.shader.create_from_info(create)
     except Exception as error:  # Blender raises bare Exception; the driver's log went to the console
         raise RuntimeError(f"shader {info.name} ({info.vertex}, {info.fragment}) does not compile: {error}") from error
+
+
+def call_text(kernel, arguments: dict[str, str], prefix: str = "") -> str:
+    """Statements that call an emitted kernel: arguments give its inputs as GLSL, its outputs become variables prefix + name."""
+    results = [f"  {kind} {prefix}{name};\n" for name, kind in kernel.outputs.items()]
+    values = [arguments[name] for name in kernel.inputs] + [prefix + name for name in kernel.outputs]
+    return "".join(results) + f"  {kernel.function}({', '.join(values)});\n"

@@ -55,6 +55,7 @@ class ReflectionTarget:
 
     def __init__(self, width: int, height: int, positions: bool, counts: Counts, radiance_format: str = "RGBA16F"):
         gpu = ensure()
+        self.width, self.height = width, height
         self.radiance_tx = gpu.types.GPUTexture((width, height), format=radiance_format)
         self.radiance_tx.filter_mode(False)
         self.position_tx = None
