@@ -33,6 +33,8 @@ def ray_scene(
     """
     shader = compile_camera(folder)
     objects = sorted(bpy.data.objects, key=lambda o: o.name_full)
+    if unknown := hide - {o.name for o in objects}:
+        raise ValueError(f"objects to hide that do not exist: {sorted(unknown)}")
     with ExitStack() as stack:
         stack.callback(_remove_new_images, {image.session_uid for image in bpy.data.images})
         temporary = scene.copy()
