@@ -158,7 +158,8 @@ def _render_part(scene, folder: Path, part: int, origin: np.ndarray, direction: 
 def _hits(rays: Rays, channels: dict[str, np.ndarray], names: tuple[str, ...]) -> Hits:
     index = np.rint(channels["Object Index"][:, 0]).astype(np.int32) - 1
     hit = index >= 0
-    far = np.asarray(rays.origin, np.float64) + FAR * np.asarray(rays.direction, np.float64)
+    direction = np.asarray(rays.direction, np.float64)
+    far = np.asarray(rays.origin, np.float64) + FAR * direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     length = np.linalg.norm(channels["Normal"], axis=-1, keepdims=True)
     normal = np.where(hit[:, None] & (length > 0), channels["Normal"] / np.maximum(length, 1e-30), 0)
     return Hits(
