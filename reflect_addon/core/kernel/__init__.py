@@ -1,1 +1,28 @@
-"""The kernel language: a recorder and its emitters."""
+"""The kernel language: a method's mathematics is written once, recorded, and emitted as NumPy, GLSL and shader nodes.
+
+    program = record(method.trace, asset)
+    answer = run_numpy(program, asset, rays)                  # the reference
+    kernel = emit_glsl(program, ("radiance", "coverage"))     # text for Blender's gpu module
+    tree = emit_nodes(program, asset, "Reflect")              # scene/kernel_nodes.py
+
+See docs/decisions.md, "Kernel language", for what a kernel may write.
+"""
+
+from .glsl import GlslKernel, emit_glsl
+from .graph import KernelError
+from .program import Hit, Program, Ray, record, record_function
+from .run import Counts, evaluate, run_numpy
+
+__all__ = [
+    "Counts",
+    "GlslKernel",
+    "Hit",
+    "KernelError",
+    "Program",
+    "Ray",
+    "emit_glsl",
+    "evaluate",
+    "record",
+    "record_function",
+    "run_numpy",
+]

@@ -1,0 +1,131 @@
+"""Text of GLSL: literals, expressions, names, helper functions, and where uniforms lie. Used by glsl.py."""
+
+import numpy as np
+
+from .graph import SIZES, Node
+
+FETCH = """vec4 reflect_fetch(sampler2D image, float x, float y)
+{
+  vec2 last = vec2(textureSize(image, 0) - 1);
+  return texelFetch(image, ivec2(clamp(floor(vec2(x, y)), vec2(0.0), last)), 0);
+}
+"""
+# Four fetches and float32 weights rather than the sampler's filter, whose weights have 8 bits.
+SAMPLE = """vec4 reflect_sample(sampler2D image, float x, float y)
+{
+  vec2 corner = floor(vec2(x, y) - 0.5);
+  vec2 weight = vec2(x, y) - 0.5 - corner;
+  vec2 last = vec2(textureSize(image, 0) - 1);
+  ivec2 low = ivec2(clamp(corner, vec2(0.0), last));
+  ivec2 high = ivec2(clamp(corner + 1.0, vec2(0.0), last));
+  vec4 t00 = texelFetch(image, low, 0);
+  vec4 t10 = texelFetch(image, ivec2(high.x, low.y), 0);
+  vec4 t01 = texelFetch(image, ivec2(low.x, high.y), 0);
+  vec4 t11 = texelFetch(image, high, 0);
+  vec4 bottom = t00 + (t10 - t00) * weight.x;
+  vec4 top = t01 + (t11 - t01) * weight.x;
+  return bottom + (top - bottom) * weight.y;
+}
+"""
+
+# Words of GLSL and of Blender's shader headers that a variable cannot be called, and functions the text calls.
+RESERVED = frozenset(
+    """active asm attribute bool break buffer case cast centroid class coherent common const continue default discard do
+    double else enum extern external false filter fixed flat float for global goto half highp if image in inline inout
+    input int interface invariant invocation ivec2 layout local long lowp mat3 mat4 mediump namespace noinline
+    noperspective out output packed partition patch precision public readonly resource restrict return sample sampler2D
+    shared short sizeof smooth static struct subroutine superp switch template texture this thread true typedef uint
+    uniform union unsigned using varying vec2 vec3 vec4 void volatile while writeonly abs clamp cross dot exp2 floor log2
+    max min sqrt main M_PI""".split()
+)
+ATOM, UNARY, MUL, ADD, LESS, EQUAL, AND, OR, SELECT = range(9, 0, -1)  # precedence, tightest first
+INFIX = {"add": ("+", ADD), "sub": ("-", ADD), "mul": ("*", MUL), "div": ("/", MUL)} | {
+    "lt": ("<", LESS),
+    "le": ("<=", LESS),
+    "eq": ("==", EQUAL),
+    "and": ("&&", AND),
+    "or": ("||", OR),
+}
+
+
+def literal(value: float) -> str:
+    """The shortest text that is this float32 again."""
+    number = np.float32(value)
+    if number == 0 or 1e-4 <= abs(number) < 1e7:
+        text = np.format_float_positional(number, unique=True, trim="0")
+    else:
+        text = np.format_float_scientific(number, unique=True, trim="0")
+    return text
+
+
+def constant(node: Node) -> tuple[str, int]:
+    if node.type == "bool":
+        return ("true" if node.data[0] else "false"), ATOM
+    if node.type == "float":
+        text = literal(node.data[0])
+        return text, UNARY if text.startswith("-") else ATOM
+    values = node.data[:1] if len({repr(v) for v in node.data}) == 1 else node.data
+    return f"{node.type}({', '.join(map(literal, values))})", ATOM
+
+
+def operation(node: Node, operands: list[tuple[str, int]], image: str = "") -> tuple[str, int]:
+    """(text, precedence) of a node from those of its operands."""
+
+    def at_least(which: int, level: int) -> str:
+        text, precedence = operands[which]
+        return text if precedence >= level else f"({text})"
+
+    texts = [text for text, _ in operands]
+    if node.op in INFIX:
+        sign, level = INFIX[node.op]
+        if node.op in ("lt", "le") and node.args[0].op == "const":  # x > 0 reads better than 0 < x
+            return f"{at_least(1, level + 1)} {sign.replace('<', '>')} {at_least(0, level)}", level
+        return f"{at_least(0, level)} {sign} {at_least(1, level + 1)}", level
+    if node.op == "neg":
+        return f"-{at_least(0, ATOM)}", UNARY
+    if node.op == "not":
+        return f"!{at_least(0, ATOM)}", UNARY
+    if node.op == "select":
+        return f"{at_least(0, OR)} ? {at_least(1, OR)} : {at_least(2, OR)}", SELECT
+    if node.op == "swizzle":
+        return f"{at_least(0, ATOM)}.{node.data}", ATOM
+    if node.op == "vec":
+        return f"{node.type}({', '.join(texts[:1] if len(set(texts)) == 1 and _is_spread(node) else texts)})", ATOM
+    if node.op in ("fetch", "sample"):
+        return f"reflect_{node.op}({image}, {', '.join(texts)})", ATOM
+    if node.op in ("min", "max"):  # GLSL wants equal types here
+        texts = [t if a.type == node.type else f"{node.type}({t})" for t, a in zip(texts, node.args)]
+    return f"{node.op}({', '.join(texts)})", ATOM
+
+
+def _is_spread(node: Node) -> bool:
+    return all(a.type == "float" for a in node.args)
+
+
+class NameSpace:
+    """Unique identifiers."""
+
+    def __init__(self, taken):
+        self.taken = set(taken) | RESERVED
+
+    def new(self, wanted: str) -> str:
+        wanted = wanted.strip("_").replace("__", "_") or "value"
+        name, number = wanted, 1
+        while name in self.taken or (number == 1 and name.startswith("gl_")):
+            number += 1
+            name = f"{wanted}_{number}"
+        self.taken.add(name)
+        return name
+
+
+def pack_layout(uniforms: dict[str, str]) -> tuple[dict[str, tuple[int, int]], int]:
+    """({name: (vec4 slot, first component)}, slots): whole vec4s only, which every backend lays out alike."""
+    layout, free = {}, []  # free[slot]: components in use
+    for name in sorted(uniforms, key=lambda n: (-SIZES[uniforms[n]], n)):
+        size = SIZES[uniforms[name]]
+        slot = next((s for s, used in enumerate(free) if used + size <= 4), len(free))
+        if slot == len(free):
+            free.append(0)
+        layout[name] = (slot, free[slot])
+        free[slot] += size
+    return layout, len(free)

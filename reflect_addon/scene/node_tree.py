@@ -1,0 +1,93 @@
+"""Short-hand for building a shader node group: constants plug into sockets, sockets link, columns lay themselves out."""
+
+import bpy
+
+COLUMN, ROW = 190.0, 150.0  # spacing of nodes in the editor, px
+
+Source = object  # a NodeSocket, a float, or a tuple of 3 floats
+
+
+class TreeBuilder:
+    """Adds nodes to one group. Every method returns output sockets, every operand is a Source."""
+
+    def __init__(self, name: str):
+        self.tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
+        self.inputs = self.node("NodeGroupInput")
+        self._parts: dict[str, tuple] = {}
+        self._rows: dict[int, int] = {}
+
+    def socket(self, name: str, kind: str, is_output: bool) -> None:
+        """kind: 'Float' | 'Vector' | 'Color'."""
+        direction = "OUTPUT" if is_output else "INPUT"
+        self.tree.interface.new_socket(name=name, in_out=direction, socket_type=f"NodeSocket{kind}")
+
+    def node(self, kind: str, label: str = "", **properties):
+        made = self.tree.nodes.new(kind)
+        made.label = label
+        for name, value in properties.items():
+            setattr(made, name, value)
+        return made
+
+    def plug(self, socket, source: Source) -> None:
+        if isinstance(source, bpy.types.NodeSocket):
+            self.tree.links.new(source, socket)
+            socket.node.location.x = max(socket.node.location.x, source.node.location.x + COLUMN)
+        elif isinstance(source, tuple) or socket.type == "VALUE":
+            socket.default_value = source
+        else:
+            socket.default_value = (source,) * len(socket.default_value)
+
+    def finish(self, node):
+        """Places a node whose inputs are plugged under the others of its column."""
+        column = round(node.location.x / COLUMN)
+        self._rows[column] = row = self._rows.get(column, -1) + 1
+        node.location.y = -ROW * row
+        return node
+
+    def math(self, operation: str, *operands: Source, label: str = ""):
+        node = self.node("ShaderNodeMath", label, operation=operation)
+        for socket, source in zip(node.inputs, operands):
+            self.plug(socket, source)
+        return self.finish(node).outputs[0]
+
+    def vector(self, operation: str, *operands: Source, label: str = ""):
+        """The result of a Vector Math node; DOT_PRODUCT gives a float."""
+        node = self.node("ShaderNodeVectorMath", label, operation=operation)
+        sockets = [node.inputs[0], node.inputs["Scale"]] if operation == "SCALE" else node.inputs
+        for socket, source in zip(sockets, operands):
+            self.plug(socket, source)
+        return self.finish(node).outputs["Value" if operation == "DOT_PRODUCT" else "Vector"]
+
+    def combine(self, *components: Source, label: str = "") -> Source:
+        components = (*components, 0.0, 0.0)[:3]
+        if all(isinstance(c, float) for c in components):
+            return components
+        node = self.node("ShaderNodeCombineXYZ", label)
+        for socket, source in zip(node.inputs, components):
+            self.plug(socket, source)
+        return self.finish(node).outputs[0]
+
+    def components(self, vector: Source) -> tuple[Source, Source, Source]:
+        if isinstance(vector, tuple):
+            return vector
+        if isinstance(vector, float):
+            return (vector,) * 3
+        key = vector.path_from_id()
+        if key not in self._parts:
+            node = self.node("ShaderNodeSeparateXYZ")
+            self.plug(node.inputs[0], vector)
+            self._parts[key] = tuple(self.finish(node).outputs)
+        return self._parts[key]
+
+    def group(self, tree, *operands: Source, label: str = ""):
+        node = self.node("ShaderNodeGroup", label, node_tree=tree)
+        for socket, source in zip(node.inputs, operands):
+            self.plug(socket, source)
+        return self.finish(node).outputs
+
+    def results(self, *sources: Source) -> None:
+        """Connects the group's outputs, in the order their sockets were made."""
+        node = self.node("NodeGroupOutput")
+        for socket, source in zip(node.inputs, sources):
+            self.plug(socket, source)
+        self.finish(node)
