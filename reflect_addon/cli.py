@@ -9,6 +9,8 @@ import os
 import re
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from .core.errors import ReflectError
@@ -21,17 +23,21 @@ EXAMPLE = "for example 240x180"
 def main(argv: list[str] | None = None) -> int:
     """Runs one verb and returns the exit status; wrong usage exits with 2 as argparse does."""
     arguments = parser().parse_args(sys.argv[1:] if argv is None else list(argv))
-    from . import verbs
+    with _own_output():
+        return _run(arguments)
 
+
+def _run(arguments) -> int:
     try:
+        from . import verbs
+
         getattr(verbs, arguments.verb)(arguments)
     except ReflectError as error:
         return _failed(arguments, error.message, error.remedy)
     except KeyboardInterrupt:
         return _failed(arguments, "Cancelled.", "Nothing half-written was left behind.")
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains again when it ends
-        return 1
+        return 1  # the reader of our output has gone
     except Exception as error:  # a bug, or a machine in trouble: one line for the user, the whole story on request
         if arguments.debug:
             traceback.print_exc()
@@ -141,6 +147,25 @@ def _picture(text: str) -> Path:
     if path.suffix.lower() not in {".png", ".exr"}:
         raise argparse.ArgumentTypeError(f"'{text}' must end in .png or .exr")
     return path
+
+
+@contextmanager
+def _own_output() -> Iterator[None]:
+    """Blender writes what it reads and saves to standard output, where results belong: for this block that goes to standard
+    error, and only Python's own print reaches standard output."""
+    sys.stdout.flush()
+    kept, before = os.dup(1), sys.stdout
+    sys.stdout = os.fdopen(kept, "w", encoding="utf-8", errors="backslashreplace")
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        stream, sys.stdout = sys.stdout, before
+        try:
+            stream.close()
+        except BrokenPipeError:
+            pass  # nobody reads the rest
 
 
 def _failed(arguments, message: str, remedy: str) -> int:

@@ -127,8 +127,7 @@ def open_blend(path: Path | None):
     if bpy.data.filepath and os.path.samefile(bpy.data.filepath, path):
         return bpy
     try:
-        with _quiet():
-            bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
+        bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
     except RuntimeError as error:
         reason = str(error).strip().removeprefix("Error: ").splitlines()[0]
         raise ReflectError(
@@ -184,17 +183,3 @@ def _progress(share: float, text: str) -> None:
 
 def _json_progress(share: float, text: str) -> None:
     print(json.dumps({"progress": round(share, 4), "message": text}), flush=True)
-
-
-class _quiet:
-    """Blender reports what it reads on standard output, where results belong; for this block it goes to standard error."""
-
-    def __enter__(self):
-        sys.stdout.flush()
-        self._kept = os.dup(1)
-        os.dup2(2, 1)
-
-    def __exit__(self, *_):
-        sys.stdout.flush()
-        os.dup2(self._kept, 1)
-        os.close(self._kept)
