@@ -292,10 +292,18 @@ def is_nonzero(node: Node) -> bool:
         return all(map(is_nonzero, node.args))
     if node.op == "select":
         condition, a, b = node.args
-        guarded = condition.op == "lt" and condition.args[0].op == "abs" and condition.args[0].args[0] is b
-        limit = condition.args[1] if guarded else None
-        return is_nonzero(a) and (is_nonzero(b) or (limit is not None and limit.op == "const" and limit.data[0] > 0))
+        small, large = condition.args if condition.op in ("lt", "le") else (condition, condition)
+        a_is_large = _magnitude_above_zero(large, small, a)  # select(|a| > 1e-12, a, 1)
+        b_is_large = _magnitude_above_zero(large, small, b, swapped=True)  # select(|b| < 1e-12, 1, b)
+        return (a_is_large or is_nonzero(a)) and (b_is_large or is_nonzero(b))
     return False
+
+
+def _magnitude_above_zero(large: Node, small: Node, value: Node, swapped: bool = False) -> bool:
+    """Whether `small < large` (where swapped: its opposite) says that |value| is above a constant that is not negative."""
+    limit, magnitude = (large, small) if swapped else (small, large)
+    known = limit.op == "const" and limit.data[0] >= (1e-38 if swapped else 0.0)
+    return known and magnitude.op == "abs" and magnitude.args[0] is value
 
 
 def _parts(value: tuple[float, ...]) -> tuple[Source, ...]:

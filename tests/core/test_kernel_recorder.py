@@ -124,6 +124,7 @@ FOLDED = {
     "quotient": lambda k, a, b: a / b,
     "least": lambda k, a, b: k.min(a, b),
     "most": lambda k, a, b: k.max(a, b),
+    "bounds": lambda k, a, b: k.max(k.max(a, 1.0), -1.0) + k.max(k.max(b, -1.0), 1.0) * 8.0 + k.min(k.min(a, 0.5), b) * 64.0,
     "root": lambda k, a, b: k.sqrt(k.abs(a) + k.floor(b)),
     "vector": lambda k, a, b: k.dot(k.vec3(a, b, a).zyx * b, k.vec3(1.0, a, 2.0)),
     "less": lambda k, a, b: k.select((a < b) & ~(b <= a), 1.0, 2.0),
