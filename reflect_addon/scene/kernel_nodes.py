@@ -11,6 +11,7 @@ import numpy as np
 
 from ..core.kernel import KernelError, Program, evaluate
 from ..core.kernel.graph import SIZES, Node, Region
+from ..core.kernel.nonzero import is_nonzero
 from ..core.kernel.program import Names, type_of
 from ..core.kernel.schedule import schedule
 from .node_images import fetch_group, image_from, sample_group
@@ -278,32 +279,6 @@ class _Emitter:
         sizes = {name: SIZES[symbol.type] for name, symbol in self.program.inputs.items()}
         inputs = {name: np.zeros((1,) if size == 1 else (1, size)) for name, size in sizes.items()}
         return max(0, int(np.ceil(evaluate(program, inputs, self.asset)["count"][0])))
-
-
-def is_nonzero(node: Node) -> bool:
-    """Whether a divisor is certain not to be zero, as k.away_from_zero, k.normalize and k.max(x, 1e-6) make it."""
-    if node.op == "const":
-        return all(node.data)
-    if node.op in ("size", "exp2"):
-        return True
-    if node.op == "max":
-        return any(a.op == "const" and min(a.data) > 0 for a in node.args)
-    if node.op in ("sqrt", "neg", "abs", "vec"):
-        return all(map(is_nonzero, node.args))
-    if node.op == "select":
-        condition, a, b = node.args
-        small, large = condition.args if condition.op in ("lt", "le") else (condition, condition)
-        a_is_large = _magnitude_above_zero(large, small, a)  # select(|a| > 1e-12, a, 1)
-        b_is_large = _magnitude_above_zero(large, small, b, swapped=True)  # select(|b| < 1e-12, 1, b)
-        return (a_is_large or is_nonzero(a)) and (b_is_large or is_nonzero(b))
-    return False
-
-
-def _magnitude_above_zero(large: Node, small: Node, value: Node, swapped: bool = False) -> bool:
-    """Whether `small < large` (where swapped: its opposite) says that |value| is above a constant that is not negative."""
-    limit, magnitude = (large, small) if swapped else (small, large)
-    known = limit.op == "const" and limit.data[0] >= (1e-38 if swapped else 0.0)
-    return known and magnitude.op == "abs" and magnitude.args[0] is value
 
 
 def _parts(value: tuple[float, ...]) -> tuple[Source, ...]:
