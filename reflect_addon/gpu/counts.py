@@ -1,0 +1,19 @@
+"""Deterministic work counters: what is gated on where milliseconds mean nothing."""
+
+from dataclasses import asdict, dataclass
+
+
+@dataclass
+class Counts:
+    """Work since the counter was made. Uniform values set per draw are not uploads."""
+
+    draws: int = 0  # batches drawn
+    passes: int = 0  # full-screen passes
+    uploads: int = 0  # textures and vertex buffers filled from the CPU
+    upload_bytes: int = 0  # bytes of those on the GPU
+    compiles: int = 0  # shaders built, not found in the session's cache
+    allocations: int = 0  # render targets made
+    readbacks: int = 0  # images read back to the CPU
+
+    def as_dict(self) -> dict[str, int]:
+        return asdict(self)

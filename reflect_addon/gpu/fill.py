@@ -1,0 +1,137 @@
+"""The reflection buffer: an emitted kernel answers the rays of the ray map, whoever made them.
+
+The same shader fills a frame and answers any bundle of rays (`trace_rays`), so what is compared with NumPy is what is
+drawn. An output that nobody wants is neither computed nor stored.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..core.asset import Asset
+from ..core.kernel import emit_glsl, record
+from ..core.rays import Answer, Rays
+from .counts import Counts
+from .device import ensure, max_texture_side
+from .program import ProgramInfo, call_text, program
+from .state import drawing_state
+from .targets import ReflectionTarget
+from .upload import read_texture, texture_from, triangle_batch
+
+_RAY = {"origin": "origin.xyz", "direction": "direction.xyz", "width": "width", "spread": "direction.w"}
+# Half floats end here; a brighter sun stays a sun instead of becoming infinite.
+_STORE_RADIANCE = "  radiance_out = vec4(clamp(hit_radiance, -65504.0, 65504.0), hit_coverage);\n"
+_STORE_POSITION = "  position_out = vec4(hit_position, hit_status);\n"
+
+
+class TextureCache:
+    """Textures by the array they were made from, so that reflectors share what their assets share."""
+
+    def __init__(self, counts: Counts):
+        self.counts = counts
+        self._kept: dict[int, tuple[np.ndarray, object]] = {}  # id -> (array, kept so that its id stays taken; texture)
+
+    def texture(self, name: str, array: np.ndarray):
+        if id(array) not in self._kept:
+            self._kept[id(array)] = (array, texture_from(name, array, self.counts))
+        return self._kept[id(array)][1]
+
+    def bytes(self) -> int:
+        return sum(t.width * t.height * (8 if t.format == "RGBA16F" else 16) for _, t in self._kept.values())
+
+    def keep_only(self, assets):
+        """Let go of textures that none of these assets has."""
+        used = {id(array) for asset in assets for array in asset.images.values()}
+        self._kept = {key: value for key, value in self._kept.items() if key in used}
+
+
+class Fill:
+    """One asset's kernel, compiled for the wanted outputs, with its textures and uniform block."""
+
+    def __init__(self, asset: Asset, trace: Callable, positions: bool, textures: TextureCache):
+        wanted = ("radiance", "coverage", "position", "status") if positions else ("radiance", "coverage")
+        self.counts = textures.counts
+        kernel = emit_glsl(record(trace, asset), wanted, "answer", push_bytes=0)
+        self.source = kernel.source
+        self._textures = {s: textures.texture(name, asset.images[name]) for name, s in kernel.images.items()}
+        self._block_name = kernel.block_name
+        self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
+        samplers = [("FLOAT_2D", name) for name in ("origin_tx", "direction_tx", "normal_tx")]
+        samplers += [("FLOAT_2D", name) for name in kernel.images.values()]
+        outputs = (("VEC4", "radiance_out"), ("VEC4", "position_out")) if positions else (("VEC4", "radiance_out"),)
+        call = call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + (_STORE_POSITION if positions else "")
+        self.program = program(
+            ProgramInfo(
+                name=f"reflect_fill_{asset.kind}",
+                vertex="fullscreen.vert.glsl",
+                fragment="fill.frag.glsl",
+                attributes=(("FLOAT", "unused"),),
+                uniforms=(("VEC2", "reflectors"),),
+                blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
+                samplers=tuple(samplers),
+                outputs=outputs,
+                generated=(("kernel", kernel.source), ("call", call)),
+            ),
+            self.counts,
+        )
+
+    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None):
+        """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere)."""
+        with target.framebuffer.bind():
+            target.framebuffer.viewport_set(0, 0, target.width, target.height)
+            gpu.state.blend_set("NONE")
+            gpu.state.depth_test_set("NONE")
+            if bounds is not None:
+                gpu.state.scissor_set(*bounds)
+                gpu.state.scissor_test_set(True)
+            shader = self.program
+            shader.bind()
+            shader.set("reflectors", (first, last))
+            for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), ray_textures):
+                shader.image(name, texture)
+            for name, texture in self._textures.items():
+                shader.image(name, texture)
+            if self._block is not None:
+                shader.block(self._block_name, self._block)
+            shader.draw(batch)
+            gpu.state.scissor_test_set(False)
+        self.counts.passes += 1
+
+
+def trace_rays(
+    asset: Asset, kernel: Callable, rays: Rays, width, spread, counts: Counts | None = None, half: bool = False
+) -> Answer:
+    """The kernel's answer to any rays, through the fill shader. width, spread: floats or (N,). Answer fields are (N, ...).
+
+    Radiance is kept in float32 unless `half` asks for the viewport's RGBA16F, whose rounding alone is 5e-4.
+    """
+    counts = counts or Counts()
+    gpu = ensure()
+    count = len(rays)
+    side = min(1024, max_texture_side())
+    rows = max(-(-count // side), 1)
+
+    def image(vectors, last):
+        out = np.zeros((rows * side, 4), np.float32)
+        out[:, 3] = last if np.ndim(last) == 0 else 0
+        out[:count, :3] = vectors
+        out[:count, 3] = last
+        return out.reshape(rows, side, 4)
+
+    # The pixels after the last ray belong to reflector 0 too; their rays are null and their answers are dropped.
+    ray_textures = [
+        texture_from(name, pixels, counts, "RGBA32F")
+        for name, pixels in (
+            ("rays origin", image(rays.origin, 0.0)),
+            ("rays direction", image(rays.direction, spread)),
+            ("rays normal", image(np.zeros((count, 3)), width)),
+        )
+    ]
+    with drawing_state():
+        fill = Fill(asset, kernel, True, TextureCache(counts))
+        target = ReflectionTarget(side, rows, True, counts, "RGBA16F" if half else "RGBA32F")
+        target.clear()
+        fill.draw(gpu, triangle_batch(), ray_textures, target, 0, 0)
+        radiance = read_texture(target.radiance_tx, counts).reshape(-1, 4)[:count]
+        position = read_texture(target.position_tx, counts).reshape(-1, 4)[:count]
+    return Answer(radiance[:, :3].copy(), radiance[:, 3].copy(), position[:, :3].copy(), position[:, 3].copy())

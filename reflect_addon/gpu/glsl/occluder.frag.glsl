@@ -1,0 +1,4 @@
+// Depth only: what hides a reflector needs no ray.
+void main()
+{
+}

@@ -1,0 +1,288 @@
+"""Ray map, reflection buffer, resolve: one snapshot with its assets, drawn from any camera.
+
+What is visible is uploaded and compiled when it is first seen; `prepare` does it for everything. Moving the camera
+after that uploads and compiles nothing.
+"""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.asset import Asset
+from ..core.camera import Camera
+from ..core.look import Look
+from ..core.rays import Answer, RayMap
+from ..core.snapshot import Mesh, SceneSnapshot
+from .counts import Counts
+from .device import ensure
+from .fill import Fill, TextureCache
+from .raymap import RayMapPass
+from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
+from .state import drawing_state
+from .targets import RayMapTarget, ReflectionTarget
+from .timing import FrameTime, time_submissions
+from .upload import MeshBuffer, read_texture, triangle_batch
+from .view import View
+
+
+def registered_kernel(kind: str) -> Callable:
+    """The trace function of a registered method."""
+    from ..core import methods
+
+    return methods.get(kind).trace
+
+
+@dataclass(frozen=True)
+class Group:
+    """Neighbouring reflectors answered from one asset in one pass."""
+
+    asset: Asset
+    first: int  # index into SceneSnapshot.reflectors()
+    last: int
+
+
+class Renderer:
+    """assets: reflector object name -> Asset, already joined with what it requires ("" serves every other reflector).
+    look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off."""
+
+    def __init__(
+        self,
+        snapshot: SceneSnapshot,
+        assets: dict[str, Asset],
+        look: Look | None = None,
+        attenuation: float | None = None,
+        kernel: Callable[[str], Callable] = registered_kernel,
+    ):
+        self.gpu = ensure()
+        self._counts = Counts()
+        self._kernel = kernel
+        self.attenuation = attenuation
+        self._view = View()
+        self._batch = triangle_batch()
+        self._meshes: dict[str, MeshBuffer] = {}  # by content
+        self._textures = TextureCache(self._counts)
+        self._fills: dict[tuple[int, bool], tuple[Asset, Fill]] = {}
+        self._rays: RayMapTarget | None = None
+        self._answers: dict[bool, ReflectionTarget] = {}
+        self._look = LookTexture(look or Look(), self._counts)
+        self._materials: MaterialTable | None = None
+        self.assets = dict(assets)
+        self.update(snapshot)
+
+    # What is drawn.
+
+    def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset] | None = None) -> dict[str, int | bool]:
+        """Take another snapshot (and assets); upload only what changed. Returns {'meshes': uploaded, 'dropped': meshes
+        let go, 'materials': bool, 'assets': bool}."""
+        changed = {"meshes": 0, "dropped": 0, "materials": False, "assets": False}
+        if assets is not None and (
+            assets.keys() != self.assets.keys() or any(assets[k] is not self.assets[k] for k in assets)
+        ):
+            self.assets = dict(assets)
+            changed["assets"] = True
+            used = {id(a) for a in assets.values()}
+            self._fills = {key: value for key, value in self._fills.items() if key[0] in used}
+            self._textures.keep_only(assets.values())
+        self.snapshot = snapshot
+        in_use: dict[str, MeshBuffer] = {}
+        by_index: dict[int, MeshBuffer] = {}
+        for index in {i.mesh for i in snapshot.instances}:
+            key = _mesh_key(snapshot.meshes[index])
+            buffer = in_use.get(key) or self._meshes.get(key)
+            if buffer is None:
+                buffer = MeshBuffer(snapshot.meshes[index], self._counts)
+                changed["meshes"] += 1
+            in_use[key] = by_index[index] = buffer
+        changed["dropped"] = len(self._meshes.keys() - in_use.keys())
+        self._meshes = in_use
+        self._raymap = RayMapPass(snapshot, by_index, self._counts)
+        materials = MaterialTable.rows_of(snapshot)
+        if self._materials is None or not np.array_equal(self._materials.rows, materials):
+            self._materials = MaterialTable(materials, self._counts)
+            changed["materials"] = True
+        self._plan_resolve()
+        self._groups = self._group_reflectors()
+        return changed
+
+    def set_look(self, look: Look):
+        """Another view transform or exposure; only a new table is an upload."""
+        self._look.set(look)
+        self._plan_resolve()
+
+    def _plan_resolve(self):
+        used = {s.material for s in self._raymap.sections}
+        plan = ResolvePlan.of(self.snapshot, used, self.attenuation, self._look.look)
+        self._resolve = Resolve(plan, self.attenuation, self._counts)
+
+    def _group_reflectors(self) -> list[Group]:
+        groups: list[Group] = []
+        for index, instance in enumerate(self.snapshot.reflectors()):
+            asset = self.assets.get(instance.object_name, self.assets.get(""))
+            if asset is None:
+                continue
+            if groups and groups[-1].asset is asset and groups[-1].last == index - 1:
+                groups[-1] = Group(asset, groups[-1].first, index)
+            else:
+                groups.append(Group(asset, index, index))
+        return groups
+
+    def prepare(self, overlay: bool = False):
+        """Upload and compile everything now, seen or not, so that moving the camera never does."""
+        for group in self._groups:
+            self._fill(group.asset, self._needs_positions(False))
+        if overlay and self._raymap.sections:
+            self._resolve.overlay_program()
+
+    @property
+    def reflector_names(self) -> tuple[str, ...]:
+        return tuple(i.name for i in self.snapshot.reflectors())
+
+    # The three steps.
+
+    def ray_map(self, camera: Camera) -> RayMap:
+        """The rays of the visible reflector pixels, read back."""
+        with drawing_state():
+            self._draw_rays(camera)
+            return self._rays.read(self.reflector_names, self._counts)
+
+    def answer(self, camera: Camera, positions: bool = True) -> Answer:
+        """The reflection buffer, (H, W, ...); zeros (STATUS_NONE) where no reflector is seen or none has an asset.
+
+        Without positions, position and status are zeros: they are not computed."""
+        with drawing_state():
+            self._draw_rays(camera)
+            target = self._draw_answers(camera, positions)
+            radiance = read_texture(target.radiance_tx, self._counts)
+            if target.position_tx is not None and positions:
+                position = read_texture(target.position_tx, self._counts)
+            else:
+                position = np.zeros_like(radiance)
+        return Answer(
+            radiance[..., :3].copy(), radiance[..., 3].copy(), position[..., :3].copy(), position[..., 3].copy()
+        )
+
+    def picture(self, camera: Camera, background: np.ndarray | None = None, space: str = "linear") -> np.ndarray:
+        """(H, W, 4) float32, row 0 at the bottom: background ((H, W, 3) scene-linear: everything but the mirror-like part
+        of the reflectors) plus reflections; space 'linear', or 'display' (developed and encoded, for a PNG).
+
+        Without a background alpha is 1 on reflectors and 0 elsewhere."""
+        with drawing_state():
+            self._draw_rays(camera)
+            answers = self._draw_answers(camera, False)
+            return self._resolve.composite(
+                self.gpu, self._batch, self._rays, answers, self._materials, self._look, space, background
+            )
+
+    def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5):
+        """Draw the reflectors into the framebuffer that is bound, against its depth; see glsl/overlay.frag.glsl."""
+        with drawing_state() as gpu:
+            self._draw_rays(camera)
+            answers = self._draw_answers(camera, False)
+            self._view.set(camera, depth_bias)
+            gpu.state.depth_test_set("LESS_EQUAL")
+            gpu.state.depth_mask_set(False)
+            gpu.state.face_culling_set("NONE")
+            gpu.state.blend_set("ALPHA_PREMULT")
+            if self._raymap.sections:
+                self._raymap.draw_sections(
+                    self._view,
+                    self._resolve.overlay_program(),
+                    lambda shader: self._resolve.bind_overlay(
+                        shader, self._rays, answers, self._materials, self._look
+                    ),
+                )
+
+    def _draw_rays(self, camera: Camera):
+        if self._rays is None or (self._rays.width, self._rays.height) != (camera.width, camera.height):
+            self._rays = RayMapTarget(camera.width, camera.height, self._counts)
+            self._answers = {}
+        self._view.set(camera)
+        self._raymap.draw(self._view, self._rays, self.gpu)
+
+    def _draw_answers(self, camera: Camera, positions: bool) -> ReflectionTarget:
+        positions = self._needs_positions(positions)
+        if positions not in self._answers:
+            self._answers[positions] = ReflectionTarget(camera.width, camera.height, positions, self._counts)
+        target = self._answers[positions]
+        target.clear()
+        for group in self._groups:
+            bounds = self._raymap.screen_bounds(camera, range(group.first, group.last + 1))
+            if bounds is not None:
+                fill = self._fill(group.asset, positions)
+                fill.draw(self.gpu, self._batch, self._rays.textures[:3], target, group.first, group.last, bounds)
+        return target
+
+    def _needs_positions(self, wanted: bool) -> bool:
+        return wanted or self.attenuation is not None
+
+    def _fill(self, asset: Asset, positions: bool) -> Fill:
+        key = (id(asset), positions)
+        if key not in self._fills:
+            self._fills[key] = (asset, Fill(asset, self._kernel(asset.kind), positions, self._textures))
+        return self._fills[key][1]
+
+    # What it costs.
+
+    def time(self, camera: Camera, repeats: int = 5, frames: int = 4) -> FrameTime:
+        """Milliseconds of the reflection passes of one frame; see timing.py."""
+        with drawing_state() as gpu:
+            target = gpu.types.GPUTexture((camera.width, camera.height), format="RGBA32F")
+            reader = gpu.types.GPUFrameBuffer(color_slots=[target])
+
+            def rays():
+                self._draw_rays(camera)
+
+            def answers():
+                rays()
+                return self._draw_answers(camera, False)
+
+            def frame():
+                self._resolve.draw_composite(
+                    gpu, self._batch, self._rays, answers(), self._materials, self._look, "display", None, target
+                )
+
+            def finish():
+                with reader.bind():
+                    reader.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+                # The last target may not depend on the ray map; its own read-back waits for the rest.
+                with self._rays.framebuffer.bind():
+                    self._rays.framebuffer.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+
+            frame()
+            ms, spread = time_submissions(frame, finish, repeats, frames)
+            ray_ms, _ = time_submissions(rays, finish, repeats, frames)
+        return FrameTime(ms=ms, spread=spread, ray_map_ms=ray_ms)
+
+    def counts(self) -> dict[str, int]:
+        """Work since this renderer was made, see gpu/counts.py."""
+        return self._counts.as_dict()
+
+    def bytes(self) -> int:
+        """Memory on the GPU: meshes, assets' images, buffers; without the shaders."""
+        targets = [self._rays, *self._answers.values()]
+        return (
+            sum(m.bytes for m in self._meshes.values())
+            + self._textures.bytes()
+            + sum(t.bytes for t in targets if t is not None)
+        )
+
+    def shader_source(self, asset: Asset, positions: bool = False) -> str:
+        """The emitted kernel of an asset as this renderer compiles it."""
+        return self._fill(asset, positions).source
+
+    def free(self):
+        """Let go of every texture and buffer. The renderer cannot draw afterwards; shaders stay in the session's cache."""
+        self.gpu.shader.unbind()
+        self._meshes, self._fills, self._answers = {}, {}, {}
+        self._rays = self._raymap = self._materials = self._look = self._resolve = None
+        self._textures.keep_only(())
+
+
+def _mesh_key(mesh: Mesh) -> str:
+    digest = hashlib.sha1(usedforsecurity=False)
+    for array in (mesh.positions, mesh.triangles, mesh.corner_normals, mesh.material_index):
+        digest.update(repr((array.shape, array.dtype.str)).encode())
+        digest.update(np.ascontiguousarray(array))
+    return digest.hexdigest()

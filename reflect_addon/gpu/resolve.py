@@ -1,0 +1,221 @@
+"""Resolve, once for all methods: reflectance, tint, attenuation, the view transform, and putting it together.
+
+A plan is what a scene uses; what it does not use is not in the shader: no metal term without metals, no position
+buffer without attenuation, no table under the Standard view.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core import shading
+from ..core.kernel import emit_glsl, record_function
+from ..core.look import LINEAR, TABLE_SIDE, TOP, Look
+from ..core.snapshot import SceneSnapshot
+from .counts import Counts
+from .device import ensure
+from .program import Program, ProgramInfo, call_text, program
+from .raymap import surface_info
+from .targets import RayMapTarget, ReflectionTarget
+from .upload import read_texture, texture_from, volume_from
+
+SPACES = ("linear", "display")  # scene-linear; developed and display-encoded, for a PNG
+
+
+@dataclass(frozen=True)
+class ResolvePlan:
+    """What the resolve shader has in it."""
+
+    has_metal: bool
+    has_dielectric: bool
+    attenuation: bool
+    table: bool
+
+    @staticmethod
+    def of(snapshot: SceneSnapshot, materials_in_use, attenuation: float | None, look: Look) -> "ResolvePlan":
+        used = [snapshot.materials[m] for m in materials_in_use]
+        return ResolvePlan(
+            has_metal=any(m.metallic > 0 for m in used),
+            has_dielectric=any(m.metallic < 1 for m in used) or not used,
+            attenuation=attenuation is not None,
+            table=look.table is not None,
+        )
+
+
+class LookTexture:
+    """A look on the GPU; a new exposure is a new uniform, only a new table is an upload."""
+
+    def __init__(self, look: Look, counts: Counts):
+        self.table_tx = None
+        self._table = None
+        self.counts = counts
+        self.set(look)
+
+    def set(self, look: Look):
+        self.look = look
+        if look.table is not self._table:
+            self._table = look.table
+            self.table_tx = None
+            if look.table is not None:
+                padded = np.concatenate([look.table, np.ones_like(look.table[..., :1])], -1)
+                self.table_tx = volume_from("look", padded, self.counts)
+
+    def bind(self, shader: Program):
+        shader.set("look", (self.look.gain(), 1.0 / LINEAR, 1.0 / np.log2(TOP / LINEAR + 1.0), TABLE_SIDE))
+        if self.table_tx is not None:
+            shader.image("look_tx", self.table_tx)
+
+
+class MaterialTable:
+    """The scene's materials as one small texture, a row each."""
+
+    def __init__(self, rows: np.ndarray, counts: Counts):
+        self.rows = rows
+        self.texture = texture_from("materials_buf", rows, counts)
+
+    @staticmethod
+    def rows_of(snapshot: SceneSnapshot) -> np.ndarray:
+        """(materials, MATERIAL_TEXELS, 4) float32; one row of zeros when there are none."""
+        rows = [shading.material_rows(m) for m in snapshot.materials] or [[[0.0] * 4] * shading.MATERIAL_TEXELS]
+        return np.asarray(rows, np.float32)
+
+
+class Resolve:
+    """The last pass, for pictures (`composite`) and for the viewport (`overlay`)."""
+
+    def __init__(self, plan: ResolvePlan, half_distance: float | None, counts: Counts):
+        self.plan = plan
+        self.half_distance = half_distance
+        self.counts = counts
+
+    def composite(self, gpu, batch, rays: RayMapTarget, answer: ReflectionTarget, materials, look, space, background):
+        """(H, W, 4) float32: reflections over `background` ((H, W, 3) scene-linear, or None: empty, alpha 0).
+
+        space: 'linear' | 'display'. Raises ValueError on a background of another size.
+        """
+        target = self.draw_composite(gpu, batch, rays, answer, materials, look, space, background)
+        return read_texture(target, self.counts)
+
+    def draw_composite(self, gpu, batch, rays, answer, materials, look, space, background, target=None):
+        """As composite, without reading back: returns the RGBA32F texture it drew into."""
+        if space not in SPACES:
+            raise ValueError(f"a picture is 'linear' or 'display', not '{space}'")
+        backdrop = None
+        if background is not None:
+            if np.shape(background) != (rays.height, rays.width, 3):
+                raise ValueError(f"background has shape {np.shape(background)}, not {(rays.height, rays.width, 3)}")
+            padded = np.concatenate([background, np.ones((rays.height, rays.width, 1))], -1)
+            backdrop = texture_from("background_buf", padded, self.counts)
+        if target is None:
+            target = gpu.types.GPUTexture((rays.width, rays.height), format="RGBA32F")
+        framebuffer = gpu.types.GPUFrameBuffer(color_slots=[target])
+        shader = program(self._composite_info(space, backdrop is not None), self.counts)
+        with framebuffer.bind():
+            framebuffer.viewport_set(0, 0, rays.width, rays.height)
+            gpu.state.blend_set("NONE")
+            gpu.state.depth_test_set("NONE")
+            shader.bind()
+            self._bind(shader, rays, answer, materials)
+            shader.set("empty_alpha", 0.0 if backdrop is None else 1.0)
+            if backdrop is not None:
+                shader.image("background_tx", backdrop)
+            if space == "display":
+                look.bind(shader)
+            shader.draw(batch)
+        self.counts.passes += 1
+        return target
+
+    def overlay_program(self) -> Program:
+        return program(self._overlay_info(), self.counts)
+
+    def bind_overlay(self, shader: Program, rays, answer, materials, look: LookTexture):
+        self._bind(shader, rays, answer, materials)
+        look.bind(shader)
+
+    def _bind(self, shader: Program, rays: RayMapTarget, answer: ReflectionTarget, materials: MaterialTable):
+        for name in ("origin_tx", "direction_tx", "normal_tx", "material_tx"):
+            shader.image(name, getattr(rays, name))
+        shader.image("radiance_tx", answer.radiance_tx)
+        shader.image("materials_tx", materials.texture)
+        if self.plan.attenuation:
+            shader.image("position_tx", answer.position_tx)
+            shader.set("half_distance", self.half_distance)
+
+    def _shared(self):
+        """(generated includes, uniforms, samplers) that every resolve shader has."""
+        options = {"has_metal": self.plan.has_metal, "has_dielectric": self.plan.has_dielectric}
+        recorded = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
+        # Asked for in both cases; the composite drops opacity when the driver sees that nobody reads it.
+        kernel = emit_glsl(recorded, ("reflectance", "opacity"), "surface_reflectance")
+        arguments = {
+            "cosine": "cosine",
+            "base_color": "base.rgb",
+            "metallic": "base.a",
+            "specular_tint": "tint.rgb",
+            "ior": "tint.a",
+            "weight": "weight",
+        }
+        sources, attenuation_call = [kernel.source], ""
+        samplers = [("FLOAT_2D", n) for n in ("origin_tx", "direction_tx", "normal_tx", "material_tx")]
+        samplers += [("FLOAT_2D", "radiance_tx"), ("FLOAT_2D", "materials_tx")]
+        uniforms = []
+        if self.plan.attenuation:
+            fade = emit_glsl(
+                record_function(shading.attenuation, shading.ATTENUATION_INPUTS), ("attenuation",), "attenuation_at"
+            )
+            sources.append(fade.source)
+            samplers.append(("FLOAT_2D", "position_tx"))
+            uniforms.append(("FLOAT", "half_distance"))
+            distance = "distance(origin.xyz, texelFetch(position_tx, pixel, 0).xyz)"
+            attenuation_call = (
+                call_text(fade, {"distance": distance, "half_distance": "half_distance"})
+                + "  resolved.radiance *= attenuation;\n"
+            )
+        generated = (
+            ("shading", "\n".join(sources)),
+            ("reflectance_call", call_text(kernel, arguments)),
+            ("attenuation_call", attenuation_call),
+        )
+        return generated, tuple(uniforms), tuple(samplers)
+
+    def _look_parts(self):
+        name = "look_lut_lib.glsl" if self.plan.table else "look_standard_lib.glsl"
+        samplers = (("FLOAT_3D", "look_tx"),) if self.plan.table else ()
+        return f'#include "{name}"\n', (("VEC4", "look"),), samplers
+
+    def _composite_info(self, space: str, has_background: bool) -> ProgramInfo:
+        generated, uniforms, samplers = self._shared()
+        uniforms += (("FLOAT", "empty_alpha"),)
+        value = "texelFetch(background_tx, pixel, 0).rgb" if has_background else "vec3(0.0)"
+        generated += (("background", f"vec3 background(ivec2 pixel)\n{{\n  return {value};\n}}\n"),)
+        if has_background:
+            samplers += (("FLOAT_2D", "background_tx"),)
+        if space == "display":
+            include, look_uniforms, look_samplers = self._look_parts()
+            uniforms, samplers = uniforms + look_uniforms, samplers + look_samplers
+            body, value = include, "vec4(srgb_encoded(display_linear(scene)), alpha)"
+        else:
+            body, value = "", "vec4(scene, alpha)"
+        body += f"vec4 developed(vec3 scene, float alpha)\n{{\n  return {value};\n}}\n"
+        return ProgramInfo(
+            name=f"reflect_composite_{space}",
+            vertex="fullscreen.vert.glsl",
+            fragment="composite.frag.glsl",
+            attributes=(("FLOAT", "unused"),),
+            uniforms=uniforms,
+            samplers=samplers,
+            outputs=(("VEC4", "picture_out"),),
+            generated=generated + (("develop", body),),
+        )
+
+    def _overlay_info(self) -> ProgramInfo:
+        generated, uniforms, samplers = self._shared()
+        include, look_uniforms, look_samplers = self._look_parts()
+        return surface_info(
+            "reflect_overlay",
+            "overlay.frag.glsl",
+            uniforms=(("MAT4", "rel_from_object"), ("VEC4", "surface")) + look_uniforms + uniforms,
+            samplers=samplers + look_samplers,
+            outputs=(("VEC4", "overlay_out"),),
+            generated=generated + (("look", include),),
+        )

@@ -1,0 +1,74 @@
+"""The ray map and the reflection buffer as textures: made once for a size, kept while the size stays."""
+
+import numpy as np
+
+from ..core.rays import RayMap
+from .counts import Counts
+from .device import ensure
+from .upload import check_size, read_texture
+
+
+class RayMapTarget:
+    """docs/decisions.md, "Buffers on the GPU", and material_tx (R32F): index into the snapshot's materials."""
+
+    def __init__(self, width: int, height: int, counts: Counts):
+        gpu = ensure()
+        check_size("ray map", width, height)
+        size = (width, height)
+        self.width, self.height = width, height
+        self.origin_tx, self.direction_tx, self.normal_tx = (
+            gpu.types.GPUTexture(size, format="RGBA32F") for _ in range(3)
+        )
+        self.material_tx = gpu.types.GPUTexture(size, format="R32F")
+        self.depth_tx = gpu.types.GPUTexture(size, format="DEPTH_COMPONENT32F")
+        self.textures = (self.origin_tx, self.direction_tx, self.normal_tx, self.material_tx)
+        for texture in self.textures:
+            texture.filter_mode(False)
+        self.framebuffer = gpu.types.GPUFrameBuffer(depth_slot=self.depth_tx, color_slots=self.textures)
+        self.bytes = width * height * (3 * 16 + 4 + 4)
+        counts.allocations += 1
+
+    def clear(self):
+        """No reflector anywhere, nothing in front of anything."""
+        self.origin_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, -1.0))
+        self.direction_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
+        self.normal_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
+        self.material_tx.clear(format="FLOAT", value=(-1.0,))
+        with self.framebuffer.bind():
+            self.framebuffer.clear(depth=1.0)
+
+    def read(self, reflector_names: tuple[str, ...], counts: Counts) -> RayMap:
+        origin, direction, normal = (read_texture(t, counts) for t in self.textures[:3])
+        return RayMap(
+            origin=origin[..., :3].copy(),
+            direction=direction[..., :3].copy(),
+            normal=normal[..., :3].copy(),
+            reflector=np.rint(origin[..., 3]).astype(np.int32),
+            width=normal[..., 3].copy(),
+            spread=direction[..., 3].copy(),
+            reflector_names=reflector_names,
+        )
+
+
+class ReflectionTarget:
+    """radiance_tx (rgb, a = coverage) and, when wanted, position_tx (xyz, w = status)."""
+
+    def __init__(self, width: int, height: int, positions: bool, counts: Counts, radiance_format: str = "RGBA16F"):
+        gpu = ensure()
+        self.width, self.height = width, height
+        self.radiance_tx = gpu.types.GPUTexture((width, height), format=radiance_format)
+        self.radiance_tx.filter_mode(False)
+        self.position_tx = None
+        slots = [self.radiance_tx]
+        if positions:
+            self.position_tx = gpu.types.GPUTexture((width, height), format="RGBA32F")
+            self.position_tx.filter_mode(False)
+            slots.append(self.position_tx)
+        self.framebuffer = gpu.types.GPUFrameBuffer(color_slots=slots)
+        self.bytes = width * height * ((8 if radiance_format == "RGBA16F" else 16) + (16 if positions else 0))
+        counts.allocations += 1
+
+    def clear(self):
+        for texture in (self.radiance_tx, self.position_tx):
+            if texture is not None:
+                texture.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
