@@ -34,7 +34,12 @@ def emit_nodes(
 
     The asset's images become images of the file, called "NAME image"; its uniforms are labelled nodes.
     """
-    return _Emitter(program, asset, name, wanted).emit()
+    emitter = _Emitter(program, asset, name, wanted)
+    try:
+        return emitter.emit()
+    except BaseException:
+        emitter.discard()
+        raise
 
 
 class _Emitter:
@@ -44,12 +49,14 @@ class _Emitter:
         self.build = TreeBuilder(name)
         self.values: dict[Node, tuple[Source, ...]] = {}  # parts: (float,), (vector,) or (vector, float)
         self.inverted: dict[Node, Source] = {}  # condition -> 1 - condition
-        images = Names("image", f"the asset of {program.name}", asset.images)
-        self.images = {key: image_from(f"{name} {key}", images[key]) for key in self.plan.images}
+        self.images: dict[str, bpy.types.Image] = {}
         self.look_ups: dict[tuple[str, str], bpy.types.NodeTree] = {}
 
     def emit(self) -> bpy.types.NodeTree:
         build = self.build
+        pixels = Names("image", f"the asset of {self.program.name}", self.asset.images)
+        for name in self.plan.images:
+            self.images[name] = image_from(f"{self.name} {name}", pixels[name])
         for name, node in self.program.inputs.items():
             build.socket(name.capitalize(), "Float" if SIZES[node.type] == 1 else "Vector", is_output=False)
             if node.type == "vec4":
@@ -65,6 +72,13 @@ class _Emitter:
         self.block(self.program.graph.root)
         build.results(*(part for node in self.plan.outputs.values() for part in self.get(node)))
         return build.tree
+
+    def discard(self) -> None:
+        """Removes what was made so far: a kernel that nodes cannot express leaves the file as it was."""
+        for group in (self.build.tree, *self.look_ups.values()):
+            bpy.data.node_groups.remove(group)
+        for image in self.images.values():
+            bpy.data.images.remove(image)
 
     def get(self, node: Node) -> tuple[Source, ...]:
         if node not in self.values:

@@ -145,7 +145,7 @@ def _no_asset() -> Asset:
     return Asset("none", "", {})
 
 
-def test_a_count_from_a_uniform_is_unrolled_and_one_per_ray_is_refused(fresh_file, tmp_path):
+def test_a_count_from_a_uniform_is_unrolled(fresh_file, tmp_path):
     def kernel(k, scope, a):
         return {"x": k.loop(scope.uniforms["n"] * 2.0, (a,), lambda i, t: ((t + i,), None))[0]}
 
@@ -153,9 +153,20 @@ def test_a_count_from_a_uniform_is_unrolled_and_one_per_ray_is_refused(fresh_fil
     tree = emit_nodes(record_function(kernel, {"a": "float"}, uniforms=asset.uniforms), asset, "N", ("x",))
     got = run_nodes(fresh_file, tmp_path, {"n": (tree, {"x": 1})}, {"a": np.array([1.0, 5.0])})
     assert got["n"]["x"].tolist() == [7.0, 11.0]
-    per_ray = record_function(lambda k, s, a: {"x": k.loop(a, (a,), lambda i, t: ((t + i,), None))[0]}, {"a": "float"})
+
+
+def test_what_nodes_cannot_express_leaves_nothing_behind(fresh_file, rng):
+    def kernel(k, scope, a):
+        start = k.sample(scope.images["noise_tx"], a, 0.5).x
+        return {"x": k.loop(a, (start,), lambda i, t: ((t + i,), None))[0]}
+
+    asset = random_kernels.asset(rng)
+    before = len(fresh_file.data.node_groups), len(fresh_file.data.images)
     with pytest.raises(KernelError, match="differs per ray"):
-        emit_nodes(per_ray, asset, "N", ("x",))
+        emit_nodes(record_function(kernel, {"a": "float"}, asset.images), asset, "N", ("x",))
+    with pytest.raises(KernelError, match="no image 'noise_tx'"):
+        emit_nodes(record_function(kernel, {"a": "float"}, asset.images), _no_asset(), "N", ("x",))
+    assert (len(fresh_file.data.node_groups), len(fresh_file.data.images)) == before
 
 
 def test_unused_images_and_outputs_leave_no_nodes(fresh_file, room_asset):
