@@ -101,7 +101,12 @@ def primary(
 
 
 def memory_folder() -> str | None:
-    """A RAM disk with room, else None: a render's rays and results are some 60 MB, and containers give as much."""
+    """Where a render's rays and results (some 60 MB) go: a RAM disk with room, else None, the system's place.
+
+    REFLECT_TEMP names another folder: who starts a bake as a process of its own can so remove what a kill -9 leaves.
+    """
+    if chosen := os.environ.get("REFLECT_TEMP"):
+        return chosen
     ram = "/dev/shm"
     return ram if os.access(ram, os.W_OK) and shutil.disk_usage(ram).free > ROOM else None
 
