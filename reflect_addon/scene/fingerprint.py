@@ -1,10 +1,12 @@
 """One number for everything an asset depends on: meshes, places, materials, lights, world, light bounces.
 
-Equal scenes give equal numbers in any session, whatever the order of the objects; the camera and what only the editor shows do not
-count. Images count by file, size and time of change, packed ones by their length; the frame counts only where an image follows it.
+Equal scenes give equal numbers in any session; the camera and what only the editor shows do not count. Image files
+count by their content wherever they lie (a bake works on a copy of the .blend in another folder), packed ones by their
+length; the frame counts only where an image follows it.
 """
 
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 
 import bpy
@@ -12,18 +14,19 @@ import numpy as np
 
 # Of nodes and lights: where they lie in the editor, and what Blender works out or counts by itself.
 EDITOR_ONLY = {
-    "rna_type", "name", "name_full", "label", "location", "location_absolute", "width", "height", "dimensions", "select",
-    "show_options", "show_preview", "show_texture", "hide", "color", "use_custom_color", "color_tag", "parent",
-    "internal_links", "inputs", "outputs", "node_tree", "session_uid", "users", "tag", "original", "is_evaluated", "preview",
-    "animation_data", "use_fake_user", "use_extra_user", "bl_idname", "bl_label", "bl_description", "bl_icon",
-    "bl_static_type", "bl_width_default", "bl_width_min", "bl_width_max", "bl_height_default", "bl_height_min",
-    "bl_height_max", "warning_propagation", "use_nodes", "library", "library_weak_reference", "override_library", "asset_data",
-    "is_embedded_data", "is_linked_packed", "is_missing", "is_runtime_data", "is_editable", "is_library_indirect", "id_type",
+    "rna_type", "name", "name_full", "label", "location", "location_absolute", "width", "height", "dimensions",
+    "select", "show_options", "show_preview", "show_texture", "hide", "color", "use_custom_color", "color_tag",
+    "parent", "internal_links", "inputs", "outputs", "node_tree", "session_uid", "users", "tag", "original",
+    "is_evaluated", "preview", "animation_data", "use_fake_user", "use_extra_user", "bl_idname", "bl_label",
+    "bl_description", "bl_icon", "bl_static_type", "bl_width_default", "bl_width_min", "bl_width_max",
+    "bl_height_default", "bl_height_min", "bl_height_max", "warning_propagation", "use_nodes", "library",
+    "library_weak_reference", "override_library", "asset_data", "is_embedded_data", "is_linked_packed",
+    "is_missing", "is_runtime_data", "is_editable", "is_library_indirect", "id_type",
 }  # fmt: skip
 LIGHT_TRANSPORT = (
-    "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces", "transparent_max_bounces",
-    "caustics_reflective", "caustics_refractive", "blur_glossy", "sample_clamp_direct", "sample_clamp_indirect",
-    "use_fast_gi", "ao_bounces_render",
+    "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
+    "transparent_max_bounces", "caustics_reflective", "caustics_refractive", "blur_glossy",
+    "sample_clamp_direct", "sample_clamp_indirect", "use_fast_gi", "ao_bounces_render",
 )  # fmt: skip
 DEEPEST = 6  # nested structures below a node: ramps, curve mappings and their points
 
@@ -57,19 +60,22 @@ class Fingerprint:
 
     def light(self, obj, matrix: np.ndarray) -> None:
         values = self._struct(obj.data, 0)
-        self._parts.append(f"light {matrix.tobytes().hex()} {obj.visible_glossy} {values} {self._tree(obj.data.node_tree)}")
+        place = matrix.tobytes().hex()
+        self._parts.append(f"light {place} {obj.visible_glossy} {values} {self._tree(obj.data.node_tree)}")
 
     def world(self, scene, view_layer) -> None:
         """The world, what of the render settings changes light, and the frame where an image follows it."""
         world = view_layer.world_override or scene.world
         if world is not None:
-            seen = [getattr(world.cycles_visibility, kind) for kind in ("diffuse", "glossy", "transmission", "scatter")]
+            visibility = getattr(world, "cycles_visibility", None)
+            seen = [getattr(visibility, kind, None) for kind in ("diffuse", "glossy", "transmission", "scatter")]
             self._parts.append(f"world {world.color[:]} {seen} {self._tree(world.node_tree)}")
         override = view_layer.material_override
         self._parts.append(f"override {override.name_full if override else ''}")
         self.material(override)
         # From the original: render settings alone do not make the depsgraph copy the scene again.
-        self._parts.append(f"light transport {[getattr(scene.original.cycles, name) for name in LIGHT_TRANSPORT]}")
+        cycles = getattr(scene.original, "cycles", None)  # None while the Cycles add-on is off
+        self._parts.append(f"light transport {[getattr(cycles, name, None) for name in LIGHT_TRANSPORT]}")
         self._parts.append(f"space {bpy.data.colorspace.working_space}")
         if self._follows_frame:
             self._parts.append(f"frame {scene.frame_current}")
@@ -115,13 +121,27 @@ class Fingerprint:
 
     def _image(self, image) -> str:
         self._follows_frame |= image.source in {"SEQUENCE", "MOVIE"}
-        packed = image.packed_file.size if image.packed_file else 0
-        changed = 0
-        path = Path(bpy.path.abspath(image.filepath, library=image.library)) if image.filepath else None
-        if path and not packed and path.is_file():
-            changed = (path.stat().st_mtime_ns, path.stat().st_size)
-        colors = (image.colorspace_settings.name, image.alpha_mode, image.generated_type, tuple(image.generated_color))
-        return f"{image.name_full} {image.filepath} {tuple(image.size)} {packed} {changed} {colors}"
+        colors = (image.colorspace_settings.name, image.alpha_mode)
+        if image.packed_file:
+            return f"packed {image.packed_file.size} {colors}"
+        if image.filepath:
+            return f"file {_file_digest(Path(bpy.path.abspath(image.filepath, library=image.library)))} {colors}"
+        return f"generated {tuple(image.size)} {image.generated_type} {tuple(image.generated_color)} {colors}"
+
+
+def _file_digest(path: Path) -> str:
+    """sha256 of a file's content; 'missing' where there is none. A sequence counts by its first file."""
+    try:
+        status = path.stat()
+    except OSError:
+        return "missing"
+    return _content_digest(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=1024)
+def _content_digest(path: Path, changed: int, size: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _plain(value) -> str:

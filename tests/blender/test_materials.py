@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from reflect_addon.scene.materials import MAX_ROUGHNESS, reflect_material
+from reflect_addon.scene.snapshot import take_snapshot
 
 
 class Tree:
@@ -40,7 +41,8 @@ def principled(tree, **values):
 
 
 def test_principled_metal(tree):
-    m = tree.read(principled(tree, Base_Color=(0.9, 0.5, 0.1, 1), Metallic=1, Roughness=0.2, Specular_Tint=(1, 0.5, 1, 1)))
+    colors = {"Base_Color": (0.9, 0.5, 0.1, 1), "Specular_Tint": (1, 0.5, 1, 1)}
+    m = tree.read(principled(tree, Metallic=1, Roughness=0.2, **colors))
     assert (m.metallic, m.roughness, m.is_reflector) == (1, pytest.approx(0.2), True)
     assert m.base_color == pytest.approx((0.9, 0.5, 0.1)) and m.specular_tint == pytest.approx((1, 0.5, 1))
     assert m.simplified == () and m.specular_weight == 1
@@ -69,7 +71,8 @@ def test_a_varnished_rough_floor_reflects_by_its_coat(tree):
 def test_glossy_metallic_and_glass(tree):
     m = tree.read(tree.node("ShaderNodeBsdfAnisotropic", Color=(0.5, 0.6, 0.7, 1), Roughness=0.1))
     assert (m.metallic, m.is_reflector) == (1, True) and m.base_color == pytest.approx((0.5, 0.6, 0.7))
-    m = tree.read(tree.node("ShaderNodeBsdfMetallic", Base_Color=(0.5, 0.6, 0.7, 1), Edge_Tint=(1, 0.9, 0.8, 1), Roughness=0))
+    colors = {"Base_Color": (0.5, 0.6, 0.7, 1), "Edge_Tint": (1, 0.9, 0.8, 1)}
+    m = tree.read(tree.node("ShaderNodeBsdfMetallic", Roughness=0, **colors))
     assert m.base_color == pytest.approx((0.5, 0.6, 0.7)) and m.specular_tint == pytest.approx((1, 0.9, 0.8))
     physical = tree.node("ShaderNodeBsdfMetallic")
     physical.fresnel_type = "PHYSICAL_CONDUCTOR"  # only then has the node these inputs
@@ -155,6 +158,27 @@ def test_textures_become_their_mean_and_say_so(tree):
     texture.image = None
     m = tree.read(surface)
     assert m.roughness == pytest.approx(0.5) and "unlinked value" in m.simplified[0]
+
+
+def test_textures_in_files_are_read_through_the_depsgraph(tree, tmp_path):
+    """As a snapshot does: from evaluated materials, twice, the second time from memory."""
+    image = bpy.data.images.new("Saved", 8, 8)
+    image.pixels = np.tile(np.float32([0.2, 0.2, 0.2, 1]), 64)
+    image.filepath_raw, image.file_format = str(tmp_path / "saved.png"), "PNG"
+    image.save()
+    loaded = bpy.data.images.load(str(tmp_path / "saved.png"))
+    loaded.colorspace_settings.name = "Non-Color"
+    surface = principled(tree, Metallic=1)
+    texture = tree.node("ShaderNodeTexImage")
+    texture.image = loaded
+    tree.link(texture, surface.inputs["Roughness"])
+    tree.read(surface)
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(tree.material)
+    for _ in range(2):
+        snap = take_snapshot(bpy.context.evaluated_depsgraph_get())
+        assert snap.materials[0].roughness == pytest.approx(0.2, abs=3e-3)
+        assert snap.instances[0].is_reflector
 
 
 def test_empty_slots_and_empty_trees_are_dull(fresh_file):

@@ -48,7 +48,8 @@ def embree(triangles, origin, direction):
 
 
 def bvh_tree(triangles, origin, direction):
-    tree = BVHTree.FromPolygons(triangles.reshape(-1, 3).tolist(), np.arange(triangles.size // 3).reshape(-1, 3).tolist())
+    faces = np.arange(triangles.size // 3).reshape(-1, 3)
+    tree = BVHTree.FromPolygons(triangles.reshape(-1, 3).tolist(), faces.tolist())
     found = [tree.ray_cast(Vector(o), Vector(d)) for o, d in zip(origin, direction)]
     index = np.array([-1 if f[2] is None else f[2] for f in found])
     return np.array([np.inf if f[3] is None else f[3] for f in found]), index
@@ -99,6 +100,14 @@ def test_misses_end_far_out_on_their_ray(fresh_file):
     assert (hits.object == -1).all()
     assert (hits.normal == 0).all()
     np.testing.assert_allclose(hits.position, FAR * direction, rtol=1e-6, atol=FAR * 1e-6)
+
+
+def test_rays_that_start_micrometres_from_a_surface_see_it(fresh_file):
+    add_mesh("Floor", [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
+    origin = np.float32([[0.1, 0.2, 3e-6], [0.1, 0.2, 1e-3], [0.1, 0.2, -3e-6]])
+    hits = trace(Rays(origin, np.float32([[0, 0, -1], [0, 0, -1], [0, 0, 1]])))
+    assert hits.hit.all()
+    np.testing.assert_allclose(hits.position, np.tile([0.1, 0.2, 0], (3, 1)), atol=1e-7)
 
 
 def test_no_rays_give_no_hits(fresh_file):
