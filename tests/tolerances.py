@@ -5,6 +5,17 @@ HIT_POINT_OF_DIAGONAL = 1e-5
 # NumPy against GLSL and nodes: float32 with other operation orders, half-float images identical on both sides.
 KERNEL_RADIANCE_RELATIVE = 1e-3
 KERNEL_DISTANCE_RELATIVE = 1e-4
+# Rays that pass within rounding of a triangle's edge or graze it: two tracers in float32 may call them differently.
+RAYS_ON_EDGES = 5e-4
+# Emission has no noise; what is left between an ordinary camera and our rays is the averaging of samples in float32.
+EMISSION_RELATIVE = 1e-5
+# Cycles' narrowest pixel filter still moves rays by 0.005 px, and issue 2's pictures need no better than 0.01.
+CAMERA_PIXELS = 0.01
+# EEVEE stores AOVs as half floats and cuts rather than rounds: one part in 2^10, on top of the kernel's own tolerance.
+EEVEE_HALF_RELATIVE = 2e-3
+# Random programs may magnify a rounding without bound (a floor on the brink, a difference of huge numbers); what the
+# yardsticks of tests/random_kernels.py do not filter out. An emitter's mistake shows in percents.
+KERNEL_BRINK_SHARE = 2e-3
 # core/look.py: (max, mean) display-encoded difference to OpenColorIO over 16 stops of greys and saturated colours.
 # Standard is the same formula. A 64-step table rounds the bend where a channel leaves zero: three steps of 8 bits for
 # one saturated colour in a thousand; 99 % are within 0.003.

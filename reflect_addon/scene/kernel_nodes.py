@@ -219,12 +219,8 @@ class _Emitter:
                 results.append(self.build.vector("MULTIPLY_ADD", x, yes, rest, label=label))
         return tuple(results)
 
-    def items(self, owner: Node) -> dict[int, Node]:
-        following = self.program.graph.nodes[owner.id + 1 :]
-        return {n.data: n for n in following if n.op == "item" and n.args[0] is owner}
-
     def branch(self, node: Node) -> None:
-        then, other, items = node.data.then, node.data.other, self.items(node)
+        then, other, items = node.data.then, node.data.other, node.data.items
         self.block(then)
         self.block(other)
         for k in self.plan.live[node]:
@@ -232,7 +228,7 @@ class _Emitter:
             self.values[items[k]] = self.select(node.args[0], *sides, items[k].type, items[k].name)
 
     def loop(self, node: Node) -> None:
-        build, loop, live, items = self.build, node.data, self.plan.live[node], self.items(node)
+        build, loop, live = self.build, node.data, self.plan.live[node]
         count = loop.count if loop.count is not None else self.steps(node.args[-1])
         enter, leave = build.node("GeometryNodeRepeatInput"), build.node("GeometryNodeRepeatOutput")
         enter.pair_with_output(leave)
@@ -268,7 +264,7 @@ class _Emitter:
         sockets = iter(leave.outputs)
         for k in live:
             parts = tuple(next(sockets) for _ in range(2 if loop.states[k].type == "vec4" else 1))
-            self.values[items[k]] = parts
+            self.values[loop.items[k]] = parts
 
     def steps(self, count: Node) -> int:
         """A count that only uniforms decide, as an int: zones are unrolled when the shader is compiled."""

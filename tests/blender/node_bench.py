@@ -13,7 +13,8 @@ def run_nodes(bpy, tmp_path, groups: dict, inputs: dict[str, np.ndarray], engine
     rows = -(-count // WIDTH)
     scene = _plane(bpy, rows, engine)
     material = bpy.data.materials.new("bench")
-    material.use_nodes = True
+    if material.node_tree is None:  # before 6.0 materials start without one
+        material.use_nodes = True
     tree = material.node_tree
     tree.nodes.clear()
     window = tree.nodes.new("ShaderNodeTexCoord").outputs["Window"]

@@ -115,3 +115,63 @@ def test_python_if_is_the_variant():
     for curved in (False, True):
         program = record_function(kernel, {"a": "float"}, options={"curved": curved})
         assert any(n.op == "exp2" for n in program.graph.nodes) is curved
+
+
+FOLDED = {
+    "sum": lambda k, a, b: a + b,
+    "difference": lambda k, a, b: a - b,
+    "product": lambda k, a, b: a * b,
+    "quotient": lambda k, a, b: a / b,
+    "least": lambda k, a, b: k.min(a, b),
+    "most": lambda k, a, b: k.max(a, b),
+    "root": lambda k, a, b: k.sqrt(k.abs(a) + k.floor(b)),
+    "vector": lambda k, a, b: k.dot(k.vec3(a, b, a).zyx * b, k.vec3(1.0, a, 2.0)),
+    "less": lambda k, a, b: k.select((a < b) & ~(b <= a), 1.0, 2.0),
+    "either": lambda k, a, b: k.select((a >= b) | k.equal(a, b), k.fract(a), k.ceil(b)),
+    "side": lambda k, a, b: k.branch(a > b, lambda: (a,), lambda: (b * 2.0,))[0],
+}
+
+
+@pytest.mark.parametrize("name", FOLDED)
+@pytest.mark.parametrize("pair", [(0.0, 1.0), (1.0, 0.0), (2.5, 2.5), (-1.5, 3.0), (1.0, -0.25)])
+def test_what_is_known_while_recording_has_the_value_it_would_have(name, pair):
+    """Both operands known, one of them known, none of them known: the same number."""
+    function = FOLDED[name]
+
+    def kernel(k, scope, a, b):
+        known_a, known_b = pair
+        return {
+            "none": function(k, a, b),
+            "first": function(k, known_a + 0.0 * k.vec2(0.0, 0.0).x, b),
+            "second": function(k, a, k.vec2(known_b, 1.0).x),
+            "both": function(k, k.vec2(known_a, 1.0).x, k.vec2(known_b, 1.0).x),
+        }
+
+    got = scalar(kernel, a=pair[0], b=pair[1])
+    assert len({float(v) if np.isfinite(v) else "not finite" for v in got.values()}) == 1, got
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_known_bools_disappear_from_logic(known):
+    def kernel(k, scope, a):
+        unknown = a > 0.0
+        return {"and": k.select(unknown & known, 1.0, 0.0), "or": k.select(known | unknown, 1.0, 0.0)}
+
+    for a in (1.0, -1.0):
+        got = scalar(kernel, a=a)
+        assert got == {"and": float(a > 0 and known), "or": float(a > 0 or known)}
+
+
+def test_states_that_others_need_step_by_step_stay():
+    """What decides the end depends on b, b on c: all live although only a is wanted."""
+
+    def kernel(k, scope, n):
+        def body(i, a, b, c, dead):
+            return (a + 1.0, b + c, c + 1.0, dead + a), b > 5.0
+
+        return dict(zip("abcd", k.loop(20, (0.0, 0.0, n, 0.0), body)))
+
+    program = record_function(kernel, {"n": "float"})
+    loop = next(n for n in program.graph.nodes if n.op == "loop")
+    assert schedule(program, ("a",)).live[loop] == (0, 1, 2)
+    assert evaluate(program, {"n": np.array([1.0])}, wanted=("a",))["a"][0] == 4.0, "b is 0 1 3 6 at the steps"

@@ -196,18 +196,9 @@ class _Writer:
         uses = self.plan.uses[node]
         return len(uses) == 1 and uses[0] is region
 
-    def items(self, owner: Node) -> dict[int, Node]:
-        """The item nodes of a loop or branch, by index."""
-        found = {}
-        for item in self.program.graph.nodes[owner.id + 1 :]:
-            if item.op != "item" or item.args[0] is not owner:
-                return found
-            found[item.data] = item
-        return found
-
     def branch(self, node: Node) -> None:
         self.cite(node)
-        live, items, sides = self.plan.live[node], self.items(node), (node.data.then, node.data.other)
+        live, items, sides = self.plan.live[node], node.data.items, (node.data.then, node.data.other)
         names = {k: self.space.new(items[k].name or "picked") for k in live}
         lazy_other = not self.plan.blocks[sides[1]]  # nothing to compute there: its values are where the others start
         for k in live:
@@ -227,7 +218,7 @@ class _Writer:
 
     def loop(self, node: Node) -> None:
         self.cite(node)
-        loop, live, items = node.data, self.plan.live[node], self.items(node)
+        loop, live = node.data, self.plan.live[node]
         names = {k: self.space.new(loop.states[k].name) for k in live}
         for k in live:
             self.line(f"{loop.states[k].type} {names[k]} = {self.expression(node.args[k])[0]};")
@@ -245,14 +236,14 @@ class _Writer:
         self.step(loop, live, names)
         self.indent -= 1
         self.line("}")
-        self.variables.update({items[k]: names[k] for k in live if k in items})
+        self.variables.update({loop.items[k]: names[k] for k in live})
 
     def step(self, loop, live: tuple[int, ...], names: dict[int, str]) -> None:
         """The end of a loop body: stop is decided on the old states, then all states change at once."""
         stop = ""
         if loop.has_stop:
             stop = self.expression(loop.body.results[-1])[0]
-            if not stop.isidentifier() or self.reads(loop.body.results[-1]) & set(loop.states):
+            if self.reads(loop.body.results[-1]) & set(loop.states):
                 name = self.space.new("stop")
                 self.line(f"bool {name} = {stop};")
                 stop = name

@@ -58,7 +58,8 @@ class Loop:
     body: Region  # results: the new states, then the stop where has_stop
     index: Node
     states: tuple[Node, ...]
-    has_stop: bool = False
+    has_stop: bool
+    items: tuple[Node, ...] = ()  # the values it gives: one 'item' node per state
 
 
 @dataclass(eq=False)
@@ -67,6 +68,7 @@ class Branch:
 
     then: Region
     other: Region
+    items: tuple[Node, ...] = ()  # the values it gives: one 'item' node per result
 
 
 @dataclass(eq=False)

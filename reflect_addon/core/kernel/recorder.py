@@ -220,8 +220,10 @@ class Recorder:
 
     def _items(self, node, like: tuple[Value, ...], names) -> tuple[Value, ...]:
         graph = self.graph
-        items = [graph.new("item", v.type, (node,), k, graph.region, n) for k, (v, n) in enumerate(zip(like, names))]
-        return tuple(Value(graph, item) for item in items)
+        node.data.items = tuple(
+            graph.new("item", v.type, (node,), k, graph.region, name) for k, (v, name) in enumerate(zip(like, names))
+        )
+        return tuple(Value(graph, item) for item in node.data.items)
 
 
 def _parameter_names(body: Callable, count: int) -> list[str]:

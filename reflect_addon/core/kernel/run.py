@@ -234,7 +234,7 @@ class _Machine:
                 merged[k] = value if inner.picks is None else _put(merged[k], frame.n, inner.picks, value)
         if frame.n == 0:
             merged = {k: self.nothing(region.results[k].type) for k in merged}
-        self.give(node, merged, frame)
+        frame.values.update({node.data.items[k]: value for k, value in merged.items()})
 
     def loop(self, node: Node, frame: _Frame) -> None:
         loop, live = node.data, self.plan.live[node]
@@ -264,7 +264,7 @@ class _Machine:
             self.retire(inner, states, final, everything, frame.n)
         if frame.n == 0:
             final = {k: self.nothing(loop.states[k].type) for k in live}
-        self.give(node, final, frame)
+        frame.values.update({loop.items[k]: value for k, value in final.items()})
 
     def retire(self, inner: _Frame, states: dict, final: dict, leaving: np.ndarray, n: int) -> tuple[_Frame, dict]:
         """Writes the states of the rays that leave into final; the frame and states of those that stay."""
@@ -279,13 +279,6 @@ class _Machine:
             where = out if inner.picks is None else inner.picks[out]
             final[k] = _put(final[k], n, where, _take(value, out))
         return inner.narrowed(stay), {k: _take(value, stay) for k, value in states.items()}
-
-    def give(self, node: Node, results: dict[int, tuple], frame: _Frame) -> None:
-        for item in self.program.graph.nodes[node.id + 1 :]:
-            if item.op != "item" or item.args[0] is not node:
-                break
-            if item.data in results:
-                frame.values[item] = results[item.data]
 
     def nothing(self, kind: str) -> tuple:
         return tuple(np.zeros(0, bool if kind == "bool" else self.real) for _ in range(SIZES[kind]))

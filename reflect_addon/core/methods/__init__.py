@@ -5,7 +5,54 @@ A method module has
     LABEL: str                   the words in the panel
     REQUIRES: tuple[str, ...]    kinds of assets it reads beside its own, baked first
     DEFAULTS: dict               its settings and their defaults
-    bake(scene, reflector, trace, settings) -> Asset
-                                 scene: SceneSnapshot; reflector: Instance; trace: the callable of scene/raytrace.py
+    bake(job: BakeJob) -> Asset  see methods/job.py
     trace(k, asset, ray) -> Hit  the kernel (docs/decisions.md, "Kernel language")
 """
+
+from types import ModuleType
+
+from ..errors import ReflectError
+from . import billboards, box_proxy, environment, sphere_proxy
+
+# In the order in which people meet them: each repairs what the one before leaves out.
+_METHODS = {m.NAME: m for m in (environment, sphere_proxy, box_proxy, billboards)}
+
+
+def register(method: ModuleType) -> None:
+    """Add a method (an object with the attributes above); a second one of the same name is an error."""
+    if method.NAME in _METHODS:
+        raise ValueError(f"a method named {method.NAME} exists already")
+    _METHODS[method.NAME] = method
+
+
+def unregister(name: str) -> None:
+    del _METHODS[name]
+
+
+def names() -> tuple[str, ...]:
+    return tuple(_METHODS)
+
+
+def all_methods() -> tuple[ModuleType, ...]:
+    return tuple(_METHODS.values())
+
+
+def get(name: str) -> ModuleType:
+    if name not in _METHODS:
+        raise ReflectError(f"There is no method named '{name}'.", f"Choose among: {', '.join(_METHODS)}.")
+    return _METHODS[name]
+
+
+def with_required(wanted: tuple[str, ...] | list[str]) -> tuple[str, ...]:
+    """The given methods and all that they require, each once, required ones first."""
+    ordered: list[str] = []
+
+    def visit(name: str) -> None:
+        for required in get(name).REQUIRES:
+            visit(required)
+        if name not in ordered:
+            ordered.append(name)
+
+    for name in wanted:
+        visit(name)
+    return tuple(ordered)

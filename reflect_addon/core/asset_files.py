@@ -1,0 +1,333 @@
+"""Assets on disk: a folder with asset.json and one .npy per image (design.md, "Assets on disk").
+
+Writing. Everything is written and flushed in a temporary folder beside the target. A first asset is that folder,
+renamed. A later one cannot be renamed over the earlier (no system replaces a full folder in one step), so image files
+carry a part of their checksum in their names: the new ones are moved in beside the old ones, then asset.json is
+replaced in one step, then what it no longer names is deleted. A full disk or a kill at any point leaves one whole asset.
+
+Reading trusts nothing: every name, type, shape and size is checked against the file's real size before memory is
+taken, and checksums before a value is used. Whatever is wrong is a ReflectError that names the file.
+"""
+
+import hashlib
+import json
+import math
+import os
+import re
+import secrets
+import shutil
+import stat
+from pathlib import Path
+
+import numpy as np
+
+from .asset import Asset
+from .asset_places import asset_folder  # noqa: F401  where the folders lie: one interface with this module
+from .errors import ReflectError
+from .processes import is_abandoned, signature
+
+FORMAT = 1
+JSON_NAME = "asset.json"
+MAX_JSON_BYTES = 4 << 20  # an asset.json is a few kilobytes; more is not ours
+MAX_SIDE = 16384  # texels: the largest texture that Blender's OpenGL promises here
+MAX_BYTES = 4 << 30  # of all images together: past this no GPU of today draws it in real time
+DTYPES = {"tx": "<f2", "buf": "<f4"}  # by the image's suffix (core/asset.py)
+UNITS = {"tx": "radiance, scene-linear Rec.709 / scale", "buf": "table, see the method"}
+
+BAKE_AGAIN = "Bake it again."
+_IMAGE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(tx|buf)")
+_FILE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(?:tx|buf)-[0-9a-f]{12}\.npy")
+_WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+_NPY_HEADER = re.compile(
+    rb"\{'descr': '(<f[24])', 'fortran_order': False, 'shape': \((\d{1,6}), (\d{1,6}), (\d{1,6})\), \} *\n"
+)
+
+
+def save_asset(asset: Asset, folder: Path) -> Path:
+    """Writes the asset to `folder` (made when missing), replacing an earlier one whole or not at all. Returns it.
+
+    ValueError when the asset itself breaks the rules of core/asset.py (a bug in a bake); ReflectError when the disk
+    refuses (no permission, full): the earlier asset is then unharmed and nothing half-written is left.
+    """
+    folder = Path(folder)
+    files, document = _document(asset)
+    temporary = folder.parent / f".tmp-{signature()}-{secrets.token_hex(4)}"
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        _remove_leftovers(folder.parent)
+        temporary.mkdir()
+        try:
+            for name, parts in files.items():
+                _write(temporary / name, parts)
+            _write(temporary / JSON_NAME, [document])
+            _sync_folder(temporary)
+            _put_in_place(temporary, folder, files)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)  # already renamed, or what a failure left
+    except OSError as error:
+        raise ReflectError(
+            f"The asset {asset.kind} of {asset.reflector or 'all reflectors'} could not be written to {folder}: "
+            f"{error.strerror or error}.",
+            "Make room there or save the .blend in a folder you may write to; an earlier asset is unharmed.",
+        ) from error
+    return folder
+
+
+def load_asset(folder: Path) -> Asset:
+    """Reads the asset in `folder`. Sequences in settings come back as tuples. Anything wrong is a ReflectError."""
+    folder = Path(folder)
+    path = folder / JSON_NAME
+    document = _read_document(path)
+    if not (isinstance(document, dict) and document.get("what") == "reflect asset" and _is_int(document.get("format"))):
+        raise ReflectError(f"{path} is not a Reflect asset.", "Point at a folder that Reflect baked, or bake again.")
+    if document["format"] > FORMAT:
+        raise ReflectError(
+            f"{path} has format {document['format']}: it was made by a newer Reflect (this one reads {FORMAT}).",
+            "Update the add-on or bake again.",
+        )
+    if document["format"] < 1:
+        raise _corrupt(path, "it states no valid format")
+    fields = _checked_fields(path, document)
+    table = document.get("arrays")
+    if not isinstance(table, dict) or not all(isinstance(k, str) and _IMAGE_NAME.fullmatch(k) for k in table):
+        raise _corrupt(path, "its table of arrays is malformed")
+    entries = {name: _checked_entry(path, name, entry) for name, entry in table.items()}
+    total = sum(math.prod(shape) * itemsize for _, shape, itemsize, _ in entries.values())
+    if total > MAX_BYTES:
+        raise _corrupt(path, f"it declares {total / 2**30:.1f} GiB of images, more than {MAX_BYTES >> 30}")
+    images = {name: _read_image(folder, *entry) for name, entry in entries.items()}
+    return Asset(images=images, **fields)
+
+
+def is_fresh(asset: Asset, inputs_hash: str) -> bool:
+    """Was the asset baked from exactly these inputs? An asset or a scene without a hash is never fresh."""
+    return bool(inputs_hash) and asset.inputs_hash == inputs_hash
+
+
+# --- writing
+
+
+def _document(asset: Asset) -> tuple[dict[str, list], bytes]:
+    """({file name: [header, array]}, the text of asset.json). ValueError for what could not be read back."""
+    files, table = {}, {}
+    for name, array in asset.images.items():
+        match = _IMAGE_NAME.fullmatch(name)
+        dtype = DTYPES[match[1]] if match else None
+        if dtype is None or array.dtype != np.dtype(dtype):
+            raise ValueError(f"image {name!r} of asset {asset.kind} is {array.dtype}; _tx is float16, _buf float32")
+        if array.ndim != 3 or array.shape[2] != 4 or not all(1 <= n <= MAX_SIDE for n in array.shape[:2]):
+            raise ValueError(f"image {name!r} of asset {asset.kind} has shape {array.shape}, not (H, W, 4)")
+        array = np.ascontiguousarray(array, dtype)
+        header = _npy_header(dtype, array.shape)
+        digest = hashlib.sha256(header)
+        digest.update(array)
+        file = f"{name}-{digest.hexdigest()[:12]}.npy"
+        files[file] = [header, array]
+        table[name] = {
+            "file": file,
+            "dtype": np.dtype(dtype).name,
+            "shape": list(array.shape),
+            "unit": UNITS[match[1]],
+            "sha256": digest.hexdigest(),
+        }
+    document = {
+        "what": "reflect asset",
+        "format": FORMAT,
+        "kind": asset.kind,
+        "reflector": asset.reflector,
+        "settings": asset.settings,
+        "uniforms": asset.uniforms,
+        "options": asset.options,
+        "requires": asset.requires,
+        "inputs_hash": asset.inputs_hash,
+        "source": asset.source,
+        "bake_seconds": asset.bake_seconds,
+        "arrays": table,
+    }
+    try:
+        text = json.dumps(document, indent=1, allow_nan=False, default=_plain)
+        _checked_fields(Path(JSON_NAME), json.loads(text))
+    except (ValueError, TypeError, ReflectError) as error:
+        raise ValueError(f"asset {asset.kind} of {asset.reflector!r} cannot be written: {error}") from error
+    return files, text.encode()
+
+
+def _plain(value):
+    """NumPy scalars and arrays as JSON has them."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is no JSON value")
+
+
+def _npy_header(dtype: str, shape: tuple[int, ...]) -> bytes:
+    """Header of the .npy format 1.0, padded so that the data start at a multiple of 64 bytes."""
+    text = f"{{'descr': '{dtype}', 'fortran_order': False, 'shape': {tuple(shape)}, }}".encode()
+    text += b" " * (-(10 + len(text) + 1) % 64) + b"\n"
+    return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text
+
+
+def _write(path: Path, parts: list) -> None:
+    with open(path, "xb") as file:
+        for part in parts:
+            file.write(part)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _put_in_place(temporary: Path, folder: Path, files) -> None:
+    """Makes the finished temporary folder the asset (see the top of this file)."""
+    if not folder.exists():
+        os.rename(temporary, folder)
+        _sync_folder(folder.parent)
+        return
+    for name in files:
+        os.replace(temporary / name, folder / name)
+    _sync_folder(folder)
+    os.replace(temporary / JSON_NAME, folder / JSON_NAME)  # from here on the folder is the new asset
+    _sync_folder(folder)
+    for path in folder.iterdir():
+        if path.name not in files and _FILE_NAME.fullmatch(path.name):
+            path.unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name != "posix":  # Windows has no such call; its rename is journalled
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _remove_leftovers(parent: Path) -> None:
+    """Deletes the temporary folders of processes that died while they wrote."""
+    for path in parent.glob(".tmp-*"):
+        signed = path.name.removeprefix(".tmp-").rpartition("-")[0]
+        if path.is_dir() and not path.is_symlink() and is_abandoned(signed, path.stat().st_mtime):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+# --- reading
+
+
+def _read_document(path: Path):
+    data = _read_bytes(path, at_most=MAX_JSON_BYTES)
+    try:
+        return json.loads(bytes(data), parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise _corrupt(path, "it is not valid JSON") from error
+
+
+def _refuse_constant(word: str):
+    raise ValueError(f"{word} is no JSON number")
+
+
+def _checked_fields(path: Path, document: dict) -> dict:
+    """Asset's fields except images, each checked; ReflectError names the first that is wrong."""
+    strings = {key: document.get(key) for key in ("kind", "reflector", "inputs_hash", "source")}
+    for key, value in strings.items():
+        if not isinstance(value, str):
+            raise _corrupt(path, f"its {key} is no text")
+    if not _WORD.fullmatch(strings["kind"]):
+        raise _corrupt(path, "its kind is no method's name")
+    uniforms, options, settings = (document.get(key) for key in ("uniforms", "options", "settings"))
+    for key, value in (("uniforms", uniforms), ("options", options), ("settings", settings)):
+        if not isinstance(value, dict):
+            raise _corrupt(path, f"its {key} are no table")
+    for key, value in uniforms.items():
+        items = value if isinstance(value, list) else [value]
+        if not _WORD.fullmatch(key) or not all(_is_number(v) for v in items) or (
+            isinstance(value, list) and not 2 <= len(value) <= 4
+        ):
+            raise _corrupt(path, f"its uniform {key!r} is not 1 to 4 finite numbers")
+    for key, value in options.items():
+        if not _WORD.fullmatch(key) or not (isinstance(value, str | bool) or _is_number(value)):
+            raise _corrupt(path, f"its option {key!r} is neither number, switch nor text")
+    requires = document.get("requires")
+    if not isinstance(requires, list) or not all(isinstance(r, str) and _WORD.fullmatch(r) for r in requires):
+        raise _corrupt(path, "what it requires is no list of methods")
+    seconds = document.get("bake_seconds")
+    if not _is_number(seconds) or seconds < 0:
+        raise _corrupt(path, "its bake time is no duration")
+    return {
+        **strings,
+        "uniforms": {k: tuple(map(float, v)) if isinstance(v, list) else float(v) for k, v in uniforms.items()},
+        "options": options,
+        "settings": {key: _tuples(value) for key, value in settings.items()},
+        "requires": tuple(requires),
+        "bake_seconds": float(seconds),
+    }
+
+
+def _checked_entry(path: Path, name: str, entry) -> tuple[str, tuple[int, ...], int, str]:
+    """(file name, shape, bytes per value, sha256) of one line of the image table."""
+    entry = entry if isinstance(entry, dict) else {}
+    file, shape, sha256 = entry.get("file"), entry.get("shape"), entry.get("sha256")
+    if not isinstance(file, str) or not re.fullmatch(r"[A-Za-z0-9_-]+\.npy", file):
+        raise _corrupt(path, f"image {name} names no file inside the folder")
+    dtype = np.dtype(DTYPES[name.rpartition("_")[2]])
+    if entry.get("dtype") != dtype.name:
+        raise _corrupt(path, f"image {name} has type {entry.get('dtype')!r} instead of {dtype.name}")
+    if not isinstance(shape, list) or len(shape) != 3 or not all(_is_int(n) and 1 <= n <= MAX_SIDE for n in shape):
+        raise _corrupt(path, f"image {name} has the shape {str(shape)[:60]}; sides are 1 to {MAX_SIDE}")
+    if shape[2] != 4:
+        raise _corrupt(path, f"image {name} has {shape[2]} channels instead of 4")
+    if not isinstance(sha256, str) or not re.fullmatch(r"[0-9a-f]{64}", sha256):
+        raise _corrupt(path, f"image {name} has no checksum")
+    return file, tuple(shape), dtype.itemsize, sha256
+
+
+def _read_image(folder: Path, file: str, shape: tuple[int, ...], itemsize: int, sha256: str) -> np.ndarray:
+    """(H, W, 4) array, writable, little-endian. Sizes are compared before memory is taken, the checksum before use."""
+    path, body = folder / file, math.prod(shape) * itemsize
+    data = _read_bytes(path, at_most=body + 1024, at_least=body + 64)
+    if hashlib.sha256(data).hexdigest() != sha256:
+        raise _corrupt(path, "its contents do not match their checksum")
+    start = 10 + int.from_bytes(data[8:10], "little")
+    header = _NPY_HEADER.fullmatch(bytes(data[10:start])) if data[:8] == b"\x93NUMPY\x01\x00" else None
+    found = (header[1].decode(), tuple(map(int, header.groups()[1:]))) if header else None
+    if found != (f"<f{itemsize}", shape) or len(data) - start != body:
+        raise _corrupt(path, f"it does not hold the {'x'.join(map(str, shape))} values that {JSON_NAME} declares")
+    return np.frombuffer(data, f"<f{itemsize}", offset=start).reshape(shape)
+
+
+def _read_bytes(path: Path, at_most: int, at_least: int = 0) -> bytearray:
+    """The whole regular file, when it lies in its folder and its size is within the bounds."""
+    try:
+        resolved = path.resolve(strict=True)
+        if resolved.parent != path.parent.resolve():
+            raise ReflectError(f"{path} is a link that leaves its folder; it was not read.", BAKE_AGAIN)
+        if not stat.S_ISREG(resolved.stat().st_mode):
+            raise ReflectError(f"{path} is not a file.", BAKE_AGAIN)
+        with open(resolved, "rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            if size < at_least:
+                raise ReflectError(f"{path} is cut short: {size} bytes of at least {at_least}.", BAKE_AGAIN)
+            if size > at_most:
+                raise ReflectError(f"{path} is too large: {size} bytes where {at_most} are expected.", BAKE_AGAIN)
+            data = bytearray(size)
+            if file.readinto(data) != size:
+                raise ReflectError(f"{path} is cut short while it is read.", BAKE_AGAIN)
+    except FileNotFoundError as error:
+        raise ReflectError(f"{path} is missing.", BAKE_AGAIN) from error
+    except (OSError, RuntimeError) as error:  # RuntimeError: a loop of links
+        raise ReflectError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}.", BAKE_AGAIN) from error
+    return data
+
+
+def _is_int(value) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(value) -> bool:
+    """A finite number that a float32 can hold."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and -3.4e38 <= value <= 3.4e38
+
+
+def _tuples(value):
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _corrupt(path: Path, why: str) -> ReflectError:
+    return ReflectError(f"{path} is damaged: {why}.", BAKE_AGAIN)

@@ -1,0 +1,55 @@
+"""`box_proxy`: the environment lies on the walls of a box [popescu-2006 section 2, on Bjorke 2004].
+
+Problem. Few environments are round; most rooms are boxes.
+Idea. Intersect the ray with the inside of a box, and look the map up in the direction of that point from the map's
+centre. core/box_fit.py finds the box, turned any way, from what the map itself saw.
+Limits. Furniture is painted onto the walls. Sides that show the sky lie at FAR. Rays that start outside the box are
+answered from the nearest point on it, which is the best a box can do for a reflector that sticks out.
+"""
+
+from .. import box_fit, cubemap, spaces
+from ..asset import Asset
+from ..kernel import Hit
+from . import environment
+from .job import BakeJob
+
+NAME = "box_proxy"
+LABEL = "Box Proxy"
+REQUIRES = ("environment",)
+DEFAULTS = {}
+
+
+def bake(job: BakeJob) -> Asset:
+    """The box only; the cube map is the environment's."""
+    room = job.required[environment.NAME]
+    box = box_fit.fit(*cubemap.surface_points(room.images["radiance_tx"], room.uniforms), room.uniforms["center"])
+    uniforms = {f"box_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", box.axes, strict=True)}
+    uniforms["box_low"] = tuple(map(float, box.low))
+    uniforms["box_high"] = tuple(map(float, box.high))
+    return Asset(NAME, job.reflector.name, {}, uniforms, requires=REQUIRES)
+
+
+def trace(k, asset, ray) -> Hit:
+    """The point where the ray leaves the box: the slab method's far distance."""
+    u = asset.uniforms
+    start = ray.origin - u["center"]
+
+    def to_box(v):
+        return k.vec3(k.dot(u["box_x"], v), k.dot(u["box_y"], v), k.dot(u["box_z"], v))
+
+    low, high = u["box_low"], u["box_high"]
+    inside = k.name("box_start", k.min(k.max(to_box(start), low), high))
+    along = k.name("box_along", to_box(ray.direction))
+
+    def leave(axis: str):
+        d, p = getattr(along, axis), getattr(inside, axis)
+        wall = k.select(d > 0.0, getattr(high, axis), getattr(low, axis))
+        # Parallel to the wall: never leaves through it. 1e-12 keeps FAR / d finite in float32.
+        return k.select(k.abs(d) > 1e-12, (wall - p) / k.select(k.abs(d) > 1e-12, d, 1.0), 2.0 * spaces.FAR)
+
+    distance = k.name("box_exit", k.min(k.min(leave("x"), leave("y")), leave("z")))
+    # Seen from the centre: undo the clamping by staying in the box's own axes and turning back.
+    in_box = inside + along * distance
+    seen = u["box_x"] * in_box.x + u["box_y"] * in_box.y + u["box_z"] * in_box.z
+    footprint = (ray.width + ray.spread * distance) / k.max(k.length(seen), 1e-30)
+    return environment.answer(k, asset, seen, footprint, spaces.STATUS_HIT)

@@ -1,0 +1,82 @@
+"""Everything that Reflect adds to Blender, in order, each with its undoing."""
+
+from collections.abc import Callable, Iterator
+
+import bpy
+
+from . import cli
+from .ops import bake, cancel, delete_assets, mark, open_folder, refresh
+from .scene import handlers, live, properties
+from .ui import panel, preferences, settings
+
+CLASSES = (
+    preferences.ReflectPreferences,
+    settings.ReflectSceneSettings,
+    mark.REFLECT_OT_mark,
+    refresh.REFLECT_OT_refresh,
+    bake.REFLECT_OT_bake,
+    cancel.REFLECT_OT_cancel,
+    open_folder.REFLECT_OT_open_folder,
+    delete_assets.REFLECT_OT_delete_assets,
+    panel.REFLECT_PT_main,
+    panel.REFLECT_PT_found,
+    panel.REFLECT_PT_settings,
+    panel.REFLECT_PT_assets,
+)
+
+
+def steps() -> Iterator[tuple[Callable[[], None], Callable[[], None]]]:
+    """(do, undo) pairs."""
+    yield properties.register, properties.unregister
+    for cls in CLASSES:
+        yield lambda cls=cls: bpy.utils.register_class(cls), lambda cls=cls: bpy.utils.unregister_class(cls)
+    yield _add_scene_settings, _remove_scene_settings
+    yield _Command().register, _Command.unregister
+    yield handlers.register, handlers.unregister
+    if not bpy.app.background:
+        from .ui import viewport
+
+        yield viewport.register, viewport.unregister
+    yield _look_soon, _stop
+
+
+def _add_scene_settings():
+    bpy.types.Scene.reflect = bpy.props.PointerProperty(
+        type=settings.ReflectSceneSettings, name="Reflect", description="Reflections of this scene"
+    )
+
+
+def _remove_scene_settings():
+    del bpy.types.Scene.reflect
+
+
+class _Command:
+    """`blender -b FILE --command reflect VERB ...`."""
+
+    handle = None
+
+    def register(self):
+        _Command.handle = bpy.utils.register_cli_command("reflect", cli.main)
+
+    @staticmethod
+    def unregister():
+        bpy.utils.unregister_cli_command(_Command.handle)
+        _Command.handle = None
+
+
+def _look_soon():
+    """Scenes that were saved with a method chosen show it as soon as the add-on is on. Blender forbids access to the
+    file while it registers add-ons at its start; a timer waits for that, and load_post covers the files after."""
+    if not bpy.app.background:
+        bpy.app.timers.register(_look, first_interval=0.0)
+
+
+def _stop():
+    bake.stop()
+    if bpy.app.timers.is_registered(_look):
+        bpy.app.timers.unregister(_look)
+
+
+def _look():
+    for scene in bpy.data.scenes:
+        live.of(scene).reload(scene)

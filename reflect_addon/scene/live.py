@@ -1,0 +1,180 @@
+"""What this window knows of each scene: its reflectors, its loaded assets, what is stale, what went wrong.
+
+Panels read it and compute nothing. Whatever changes in the scene only sets a flag (scene/handlers.py); the flag is
+answered later, by a timer, once for many changes, and only for scenes that show reflections. Reading the scene takes
+milliseconds to seconds, so the waiting time grows with what the last reading took.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+
+from ..core import methods
+from ..core.asset import Asset
+from ..core.asset_files import is_fresh, load_asset
+from ..core.asset_places import scene_folder
+from ..core.errors import ReflectError
+from ..core.snapshot import SceneSnapshot
+from .places import adopt_unsaved, assets_of, user_folder
+from .snapshot import take_snapshot
+
+SOONEST = 0.02  # s from a change to the next reading of the scene
+SHARE = 2.0  # times the last reading's duration: at most a third of the window's time goes into reading
+
+# Shows a scene in the viewports: set by register() where there is a window (gpu/handler.py), None elsewhere.
+# display(scene, live) is called when anything but the camera changed.
+display: Callable[[bpy.types.Scene, "Live"], None] | None = None
+
+
+class Live:
+    """The state of one scene in this window."""
+
+    def __init__(self):
+        self.snapshot: SceneSnapshot | None = None
+        self.changed = True  # the scene differs from the snapshot, as far as is known
+        self.read_seconds = 0.0
+        self.method = "OFF"  # whose assets are loaded ...
+        self.folder: Path | None = None  # ... and from where
+        self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
+        self.problems: tuple[str, ...] = ()  # assets that could not be loaded
+        self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
+        self.missing: tuple[str, ...] = ()  # reflectors without assets
+        self.bake_error = ""
+        self.read_error = ""
+        self.draw_error = ""
+
+    def has_nothing_to_bake(self) -> bool:
+        """Known to have no reflector; False while nothing is known."""
+        return self.snapshot is not None and not self.changed and not self.snapshot.reflectors()
+
+    def bytes(self) -> int:
+        """Memory of the loaded assets on the GPU."""
+        return sum(asset.bytes() for asset in self.assets.values())
+
+    def look(self, scene: bpy.types.Scene) -> None:
+        """Reads the scene again."""
+        start = time.perf_counter()
+        try:
+            self.snapshot = take_snapshot(depsgraph_of(scene))
+            self.read_error = ""
+        except ReflectError as error:
+            self.snapshot, self.read_error = None, str(error)
+        self.changed = False
+        self.read_seconds = time.perf_counter() - start
+        self._compare(scene)
+        self.show(scene)
+
+    def reload(self, scene: bpy.types.Scene) -> None:
+        """Loads the assets of the scene's method again; reads the scene when that was never done."""
+        self.assets, problems = {}, []
+        self.method, self.folder = scene.reflect.method, assets_of(scene)
+        if is_on(scene):
+            for kind in methods.with_required(self.method):
+                for folder in sorted(self.folder.glob(f"{kind}-*")):
+                    try:
+                        asset = load_asset(folder)
+                    except ReflectError as error:
+                        problems.append(str(error))
+                    else:
+                        self.assets[asset.kind, asset.reflector] = asset
+        self.problems = tuple(problems)
+        if self.changed and is_on(scene):
+            self.look(scene)
+        else:
+            self._compare(scene)
+            self.show(scene)
+
+    def follow(self, scene: bpy.types.Scene) -> None:
+        """The file was saved, perhaps elsewhere: its assets are looked for there. After the first save of a new file
+        what was baked before comes along."""
+        if self.folder == assets_of(scene):
+            return
+        baked_before_the_first_save = self.folder == scene_folder(None, scene.name, user_folder()) and bool(self.assets)
+        try:
+            if baked_before_the_first_save:
+                adopt_unsaved(scene)
+        except ReflectError as error:
+            self.bake_error = str(error)
+        self.reload(scene)
+
+    def show(self, scene: bpy.types.Scene) -> None:
+        """Hands the state to the viewports."""
+        if display is not None:
+            display(scene, self)
+        redraw_panels()
+
+    def _compare(self, scene: bpy.types.Scene) -> None:
+        """Which reflectors have no assets, or old ones."""
+        self.stale = self.missing = ()
+        if self.snapshot is None or not is_on(scene):
+            return
+        stale, missing = [], []
+        for reflector in self.snapshot.reflectors():
+            found = [self.asset(kind, reflector.name) for kind in methods.with_required(scene.reflect.method)]
+            if None in found:
+                missing.append(reflector.name)
+            elif not all(is_fresh(asset, inputs_hash(scene, self, asset.kind)) for asset in found):
+                stale.append(reflector.name)
+        self.stale, self.missing = tuple(stale), tuple(missing)
+
+    def asset(self, kind: str, reflector: str) -> Asset | None:
+        """The asset for a reflector: its own, or the one of all reflectors."""
+        return self.assets.get((kind, reflector)) or self.assets.get((kind, ""))
+
+
+def inputs_hash(scene, live, kind):
+    return live.snapshot.geometry_hash
+
+
+_scenes: dict[int, Live] = {}  # by session_uid, which undo keeps and a rename too
+
+
+def is_on(scene: bpy.types.Scene) -> bool:
+    """Does the scene show a method's reflections? ("" is a method that this version does not know.)"""
+    return scene.reflect.method not in ("", "OFF")
+
+
+def of(scene: bpy.types.Scene) -> Live:
+    """The state of a scene; a new one, knowing nothing, when it was never asked for."""
+    return _scenes.setdefault(scene.session_uid, Live())
+
+
+def forget() -> None:
+    """Another file was opened, or the add-on is switched off."""
+    _scenes.clear()
+    if bpy.app.timers.is_registered(_answer_changes):
+        bpy.app.timers.unregister(_answer_changes)
+
+
+def note_change(scene: bpy.types.Scene) -> None:
+    """Something that reflections depend on changed; cheap enough for every depsgraph update."""
+    live = of(scene)
+    live.changed = True
+    if is_on(scene) and not bpy.app.background and not bpy.app.timers.is_registered(_answer_changes):
+        bpy.app.timers.register(_answer_changes, first_interval=max(SOONEST, SHARE * live.read_seconds))
+
+
+def depsgraph_of(scene: bpy.types.Scene) -> bpy.types.Depsgraph:
+    """The evaluated scene: as its window shows it, or its first view layer's."""
+    if bpy.context.scene == scene:
+        return bpy.context.evaluated_depsgraph_get()
+    depsgraph = scene.view_layers[0].depsgraph
+    depsgraph.update()
+    return depsgraph
+
+
+def redraw_panels() -> None:
+    """Draws all 3D viewports and their sidebars again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def _answer_changes() -> None:
+    for scene in {window.scene for window in bpy.context.window_manager.windows}:
+        live = of(scene)
+        if live.changed and is_on(scene):
+            live.look(scene)

@@ -1,0 +1,190 @@
+"""The one primitive: any bundle of rays, traced exactly by Cycles (design, "One primitive: trace(rays)").
+
+Problem: truth, cube maps, billboards and light fields all ask "what does this ray see, and where does it end".
+Idea: an OSL camera reads one ray per pixel from a float image, so one ordinary render answers up to a million of them
+without UVs, material edits or the bake operator. Rays go in bundles: between two of them the caller hears of the
+progress and may stop.
+
+Limits: shaders that ask the Light Path node still learn that they are seen by a camera. Lamps are seen where a glossy
+ray would see them, but are no objects: their ray reports the surface behind. Sample clamping, bounces and simplify are
+the user's. A surface counts as hit from 0.1 % opacity on. From the 32,767th object on all share the last one's name.
+"""
+
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Color
+
+from ..core.errors import Cancelled
+from ..core.rays import Hits, Rays
+from ..core.spaces import FAR
+from .exr import read_exr, stacked, write_exr
+from .ray_scene import ray_scene
+
+# progress(share done in [0, 1], what is going on) -> False to stop; anything else goes on.
+Progress = Callable[[float, str], object]
+
+# Camera paths per render. About a second's work on two cores in a lit scene: how long a cancel may wait. Fixed, not
+# measured, so that the same call gives the same noise.
+PATHS_PER_RENDER = 1 << 19
+FEWEST_RAYS = 256  # per render, however many samples: below this the start of a render costs more than its rays
+COLUMNS = 1024  # of the ray image
+LEAST_SIDE = 4  # px, of a picture that Blender renders
+SEED_STEP = 7919  # between the caller's seeds: parts of one bundle count up from there and must not share their noise
+
+
+@dataclass(frozen=True)
+class Primary:
+    """What a camera sees through its pixel centres, row 0 at the bottom, linear Rec.709, before film exposure."""
+
+    combined: np.ndarray  # (H, W, 3) float32, radiance with everything
+    glossy: np.ndarray  # (H, W, 3) float32, the part of it that glossy lobes reflect: (direct + indirect) * colour
+    position: np.ndarray  # (H, W, 3) float32, world, m; origin + FAR * direction where nothing was hit
+    normal: np.ndarray  # (H, W, 3) float32, world, unit; 0 where nothing was hit
+    object: np.ndarray  # (H, W) int32, index into object_names; -1 where nothing was hit
+    object_names: tuple[str, ...]
+
+
+def trace(
+    rays: Rays,
+    hide=(),
+    samples: int = 1,
+    *,
+    seed: int = 0,
+    scene: bpy.types.Scene | None = None,
+    as_reflection: bool = True,
+    progress: Progress | None = None,
+) -> Hits:
+    """Radiance, position, normal and object that each ray of the bundle sees.
+
+    hide: names of objects that the rays pass through; they still cast shadows and light. samples: paths per ray.
+    as_reflection: see what a mirror would see (objects, lamps and world by their glossy visibility, no holdouts);
+    otherwise what a camera would. Positions are float32 world coordinates: 1e-7 of the distance to the world's origin.
+    Raises ValueError for rays that are not finite or have no direction, Cancelled when progress returns False,
+    ReflectError when Cycles, OSL or OpenImageIO is missing or the disk is full. The file is as before in every case.
+    """
+    channels, names = _render(rays, frozenset(hide), samples, seed, scene, as_reflection, progress, ())
+    return _hits(rays, channels, names)
+
+
+def primary(
+    camera,
+    samples: int = 1,
+    *,
+    seed: int = 0,
+    scene: bpy.types.Scene | None = None,
+    progress: Progress | None = None,
+) -> Primary:
+    """The picture of a core.camera.Camera, its glossy part apart, so that a reflection can be put in its place."""
+    rays = camera.primary_rays()
+    passes = ("glossy_direct", "glossy_indirect", "glossy_color")
+    channels, names = _render(rays, frozenset(), samples, seed, scene, False, progress, passes)
+    hits = _hits(rays, channels, names)
+    glossy = _rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
+    shape = (camera.height, camera.width)
+    return Primary(
+        hits.radiance.reshape(*shape, 3),
+        glossy.reshape(*shape, 3),
+        hits.position.reshape(*shape, 3),
+        hits.normal.reshape(*shape, 3),
+        hits.object.reshape(shape),
+        names,
+    )
+
+
+def memory_folder() -> str | None:
+    """A RAM disk where there is one, else None: a render's rays and results are some 60 MB."""
+    return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
+
+def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
+    """(pass name -> (N, channels) float32, object names). The ray bundle goes through in parts of fixed size."""
+    origin, direction = _checked(rays)
+    if samples < 1:
+        raise ValueError(f"samples must be at least 1, not {samples}")
+    scene = scene or bpy.context.scene
+    count = len(origin)
+    wanted = {"Combined": "RGB", "Position": "XYZ", "Normal": "XYZ", "Object Index": "X"}
+    wanted |= {name.title().replace("_", " "): "RGB" for name in passes}
+    out = {name: np.zeros((count, len(letters)), np.float32) for name, letters in wanted.items()}
+    per_render = max(PATHS_PER_RENDER // samples, FEWEST_RAYS)
+    with tempfile.TemporaryDirectory(prefix="reflect-rays-", dir=memory_folder()) as folder:
+        with ray_scene(scene, Path(folder), hide, samples, as_reflection) as (temporary, names):
+            for name in passes:
+                setattr(next(layer for layer in temporary.view_layers if layer.use), f"use_pass_{name}", True)
+            for part, start in enumerate(range(0, count, per_render)):
+                _tell(progress, start / count, f"traced {start:,} of {count:,} rays")
+                rows = slice(start, min(start + per_render, count))
+                temporary.cycles.seed = (seed * SEED_STEP + part) % (1 << 31)
+                channels = _render_part(temporary, Path(folder), part, origin[rows], direction[rows])
+                for name, letters in wanted.items():
+                    values = stacked(channels, name, letters)
+                    out[name][rows] = values.reshape(-1, len(letters))[: rows.stop - rows.start]
+    _tell(progress, 1.0, f"traced {count:,} rays")
+    return out, names
+
+
+def _render_part(scene, folder: Path, part: int, origin: np.ndarray, direction: np.ndarray) -> dict[str, np.ndarray]:
+    columns = max(min(COLUMNS, len(origin)), LEAST_SIDE)
+    rows = max(-(-len(origin) // columns), LEAST_SIDE)
+    camera = scene.camera.data
+    # New names each time: the renderer's image cache is keyed by them.
+    paths = {"origins": folder / f"origins{part}.exr", "directions": folder / f"directions{part}.exr"}
+    for (name, path), values in zip(paths.items(), (origin, direction)):
+        image = np.zeros((rows * columns, 3), np.float32)
+        image[: len(values)] = values
+        write_exr(path, image.reshape(rows, columns, 3))
+        camera.cycles_custom[name] = str(path)
+    camera.cycles_custom["columns"], camera.cycles_custom["rows"] = columns, rows
+    camera.update_tag()
+    scene.render.resolution_x, scene.render.resolution_y = columns, rows
+    result_path = folder / f"result{part}.exr"
+    scene.render.filepath = str(result_path)
+    bpy.ops.render.render(write_still=True, scene=scene.name)
+    channels = read_exr(result_path)
+    for path in (*paths.values(), result_path):
+        path.unlink()
+    return channels
+
+
+def _hits(rays: Rays, channels: dict[str, np.ndarray], names: tuple[str, ...]) -> Hits:
+    index = np.rint(channels["Object Index"][:, 0]).astype(np.int32) - 1
+    hit = index >= 0
+    far = np.asarray(rays.origin, np.float64) + FAR * np.asarray(rays.direction, np.float64)
+    length = np.linalg.norm(channels["Normal"], axis=-1, keepdims=True)
+    normal = np.where(hit[:, None] & (length > 0), channels["Normal"] / np.maximum(length, 1e-30), 0)
+    return Hits(
+        _rec709(channels["Combined"]),
+        np.where(hit[:, None], channels["Position"], far).astype(np.float32),
+        normal.astype(np.float32),
+        index,
+        hit,
+        names,
+    )
+
+
+def _checked(rays: Rays) -> tuple[np.ndarray, np.ndarray]:
+    origin, direction = np.asarray(rays.origin, np.float32), np.asarray(rays.direction, np.float32)
+    if origin.shape != direction.shape or origin.ndim != 2 or origin.shape[1] != 3:
+        raise ValueError(f"rays need two (N, 3) arrays, not {origin.shape} and {direction.shape}")
+    if not (np.isfinite(origin).all() and np.isfinite(direction).all() and direction.any(axis=1).all()):
+        raise ValueError("rays must be finite and have a direction")
+    return origin, direction
+
+
+def _tell(progress: Progress | None, share: float, text: str) -> None:
+    if progress is not None and progress(share, text) is False:
+        raise Cancelled("Tracing rays")
+
+
+def _rec709(radiance: np.ndarray) -> np.ndarray:
+    """From the file's working space (Rec.709, Rec.2020 or ACEScg) to linear Rec.709, which all of Reflect speaks."""
+    if bpy.data.colorspace.working_space == "Linear Rec.709":
+        return radiance
+    rec709_from_scene = [Color(unit).from_scene_linear_to_rec709_linear() for unit in np.eye(3)]
+    return radiance @ np.array(rec709_from_scene, np.float32)

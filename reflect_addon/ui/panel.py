@@ -1,0 +1,168 @@
+"""The sidebar tab "Reflect". It shows what scene/live.py already knows; drawing it reads no mesh and no file."""
+
+import bpy
+
+from ..ops import bake
+from ..scene import live
+
+LISTED = 12  # reflectors named in the panel; a scene may have thousands
+
+
+class _Tab:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Reflect"
+
+
+class REFLECT_PT_main(_Tab, bpy.types.Panel):
+    bl_idname = "REFLECT_PT_main"
+    bl_label = "Reflect"
+
+    def draw(self, context):
+        layout, scene = self.layout, context.scene
+        state = live.of(scene)
+        layout.use_property_split, layout.use_property_decorate = True, False
+        layout.prop(scene.reflect, "method")
+        _bake_row(layout, state)
+        for message in (state.bake_error, state.read_error, state.draw_error, *state.problems):
+            if message:
+                _sentence(layout, context, message, "ERROR")
+        if live.is_on(scene):
+            for message in _warnings(context, state):
+                _sentence(layout, context, message, "INFO")
+
+
+class REFLECT_PT_found(_Tab, bpy.types.Panel):
+    bl_idname = "REFLECT_PT_found"
+    bl_parent_id = "REFLECT_PT_main"
+    bl_label = "Reflectors"
+
+    def draw(self, context):
+        layout, state = self.layout, live.of(context.scene)
+        snapshot = state.snapshot
+        if snapshot is None:
+            layout.label(text="Not looked for yet")
+        else:
+            reflectors = snapshot.reflectors()
+            column = layout.column(align=True)
+            for reflector in reflectors[:LISTED]:
+                row = column.row()
+                row.label(text=reflector.name, icon=_icon(state, reflector.name))
+                row.label(text=_reason(snapshot, reflector))
+            if len(reflectors) > LISTED:
+                column.label(text=f"and {len(reflectors) - LISTED} more")
+            if not reflectors:
+                column.label(text="None: nothing here is shiny enough")
+            for message in (*_simplified(snapshot, reflectors), *snapshot.warnings):
+                _sentence(layout, context, message, "INFO")
+        layout.operator("reflect.refresh", icon="FILE_REFRESH")
+        row = layout.row(align=True)
+        row.operator("reflect.mark", text="Mark").mark = "YES"
+        row.operator("reflect.mark", text="Unmark").mark = "NO"
+        row.operator("reflect.mark", text="By Material").mark = "AUTO"
+
+
+class REFLECT_PT_settings(_Tab, bpy.types.Panel):
+    bl_idname = "REFLECT_PT_settings"
+    bl_parent_id = "REFLECT_PT_main"
+    bl_label = "Settings"
+
+    @classmethod
+    def poll(cls, context):
+        return live.is_on(context.scene)
+
+    def draw(self, context):
+        layout, settings = self.layout, context.scene.reflect
+        layout.use_property_split, layout.use_property_decorate = True, False
+        for name in settings.bake_settings():
+            layout.prop(settings, name)
+        layout.prop(settings, "half_distance")
+
+
+class REFLECT_PT_assets(_Tab, bpy.types.Panel):
+    bl_idname = "REFLECT_PT_assets"
+    bl_parent_id = "REFLECT_PT_main"
+    bl_label = "Assets"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout, state = self.layout, live.of(context.scene)
+        column = layout.column(align=True)
+        for (kind, reflector), asset in list(state.assets.items())[:LISTED]:
+            row = column.row()
+            row.label(text=f"{kind}: {reflector or 'all'}")
+            row.label(text=f"{_memory(asset.bytes())}, baked in {asset.bake_seconds:.1f} s")
+        column.label(text=f"{len(state.assets)} assets, {_memory(state.bytes())} on the GPU")
+        row = layout.row(align=True)
+        row.operator("reflect.open_folder", icon="FILE_FOLDER")
+        row.operator("reflect.delete_assets", icon="TRASH")
+
+
+def _bake_row(layout, state):
+    worker = bake.running()
+    if worker is None:
+        text = "Bake Again" if state.stale else "Bake"
+        layout.operator("reflect.bake", text=text, icon="RENDER_STILL")
+        return
+    progress = worker.state
+    row = layout.row(align=True)
+    row.progress(factor=progress.fraction, text=f"{progress.fraction:.0%}  {progress.message}")
+    row.operator("reflect.cancel", text="", icon="CANCEL")
+
+
+def _warnings(context, state):
+    """What the user should know about the picture that is shown now."""
+    if state.missing:
+        yield f"Not baked yet: {_names(state.missing)}. Press Bake."
+    if state.stale:
+        yield f"The scene changed since the bake of {_names(state.stale)}. Bake again to bring it up to date."
+    space = context.space_data
+    if space.shading.type in {"MATERIAL", "RENDERED"} and not space.overlay.show_overlays:
+        yield "Overlays are off: EEVEE then keeps no depth and reflections cannot be drawn. Switch overlays on."
+
+
+def _names(names):
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+
+
+def _icon(state, name):
+    return "ERROR" if name in state.missing else "FILE_REFRESH" if name in state.stale else "CHECKMARK"
+
+
+def _reason(snapshot, reflector):
+    """Why an instance is a reflector."""
+    if reflector.mark == "YES":
+        return "marked by hand"
+    shiny = [m for m in (snapshot.materials[i] for i in reflector.materials) if m.is_reflector]
+    if not shiny:
+        return "by material"
+    material = min(shiny, key=lambda m: m.roughness)
+    kind = "metal" if material.metallic > 0.5 else "glossy"
+    return f"{material.name}: {kind}, roughness {material.roughness:.2f}"
+
+
+def _simplified(snapshot, reflectors):
+    """One sentence per material of a reflector that was reduced."""
+    for index in sorted({i for reflector in reflectors for i in reflector.materials}):
+        material = snapshot.materials[index]
+        if material.simplified:
+            yield f"{material.name}: {'; '.join(material.simplified)}"
+
+
+def _memory(count):
+    """A number of bytes in words."""
+    if count < 1024:
+        return f"{count} B"
+    return f"{count / 2**20:.1f} MiB" if count >= 2**20 else f"{count / 1024:.0f} KiB"
+
+
+def _sentence(layout, context, text, icon):
+    """A label as many lines high as the sidebar's width asks for."""
+    letters = max(20, int(context.region.width / (7 * context.preferences.system.ui_scale)) - 4)
+    column, line = layout.column(align=True), ""
+    for word in text.split():
+        if line and len(line) + len(word) >= letters:
+            column.label(text=line, icon=icon)
+            line, icon = "", "BLANK1"
+        line = f"{line} {word}".strip()
+    column.label(text=line, icon=icon)

@@ -1,0 +1,87 @@
+"""Small scenes and independent truths that the tests of this folder share."""
+
+import bpy
+import numpy as np
+
+
+def add_mesh(name, positions, faces, matrix=None, material=None):
+    """An object of the given vertices and faces, linked to the scene."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(np.asarray(positions, float).tolist(), [], [list(f) for f in faces])
+    mesh.update()
+    if material is not None:
+        mesh.materials.append(material)
+    obj = bpy.data.objects.new(name, mesh)
+    if matrix is not None:
+        from mathutils import Matrix
+
+        obj.matrix_world = Matrix(np.asarray(matrix).tolist())
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+def add_soup(name, rng, triangles, centre, size, matrix=None):
+    """Random triangles around a centre: nothing for a ray tracer to be clever about."""
+    corners = centre + rng.normal(0, size, (triangles, 1, 3)) + rng.normal(0, size / 3, (triangles, 3, 3))
+    return add_mesh(name, corners.reshape(-1, 3), np.arange(triangles * 3).reshape(-1, 3), matrix)
+
+
+def random_matrix(rng, mirrored=False):
+    """Rotation, uneven scale (mirrored on request) and shift, as one would build it by hand: (4, 4) float64."""
+    q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    scale = rng.uniform(0.5, 1.5, 3) * ([-1, 1, 1] if mirrored else 1)
+    out = np.eye(4)
+    out[:3, :3] = q * np.sign(np.linalg.det(q)) * scale
+    out[:3, 3] = rng.normal(0, 1, 3)
+    return out
+
+
+def emission(name, color, strength=1.0):
+    """A material that only glows: its radiance has no noise."""
+    material = bpy.data.materials.new(name)
+    tree = material.node_tree
+    tree.nodes.clear()
+    glow = tree.nodes.new("ShaderNodeEmission")
+    glow.inputs["Color"].default_value = (*color, 1)
+    glow.inputs["Strength"].default_value = strength
+    out = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(glow.outputs[0], out.inputs["Surface"])
+    return material
+
+
+def set_world(color, strength=1.0):
+    world = bpy.data.worlds.new("World")
+    background = world.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value = (*color, 1)
+    background.inputs["Strength"].default_value = strength
+    bpy.context.scene.world = world
+    return world
+
+
+def world_triangles():
+    """(T, 3, 3) float64 of the meshes of the scene, and (T,) object names: read by polygons, unlike scene/snapshot.py."""
+    bpy.context.view_layer.update()
+    triangles, names = [], []
+    for obj in bpy.context.scene.objects:
+        if obj.type != "MESH":
+            continue
+        matrix = np.array(obj.matrix_world)
+        points = np.array([v.co for v in obj.data.vertices]) @ matrix[:3, :3].T + matrix[:3, 3]
+        for polygon in obj.data.polygons:
+            assert len(polygon.vertices) == 3
+            triangles.append(points[list(polygon.vertices)])
+            names.append(obj.name)
+    return np.array(triangles), np.array(names)
+
+
+def random_rays(rng, count, triangles):
+    """Rays from in and around the scene; half aim at it, half go anywhere. (origin, direction) float32."""
+    low, high = triangles.min((0, 1)), triangles.max((0, 1))
+    origin = rng.uniform(low - 0.2 * (high - low), high + 0.2 * (high - low), (count, 3))
+    target = np.where(
+        rng.random((count, 1)) < 0.5,
+        triangles[rng.integers(len(triangles), size=count)].mean(1),
+        origin + rng.normal(size=(count, 3)),
+    )
+    direction = (target - origin) / np.linalg.norm(target - origin, axis=1, keepdims=True)
+    return origin.astype(np.float32), direction.astype(np.float32)

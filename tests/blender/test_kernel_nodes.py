@@ -1,0 +1,146 @@
+"""Kernels as shader nodes: random programs in Cycles against NumPy, and one method-like kernel in Cycles and in EEVEE."""
+
+import numpy as np
+import pytest
+import random_kernels
+from node_bench import run_nodes
+from tolerances import EEVEE_HALF_RELATIVE, KERNEL_BRINK_SHARE, KERNEL_RADIANCE_RELATIVE
+
+from reflect_addon.core.asset import Asset
+from reflect_addon.core.kernel import Hit, KernelError, evaluate, record, record_function, run_numpy
+from reflect_addon.core.rays import Rays
+from reflect_addon.scene.kernel_nodes import emit_nodes
+
+
+def room(k, asset, ray):
+    """A box room's exit point, a cube-map look-up there and a table of discs tested in a loop: what methods do."""
+    uniforms, table = asset.uniforms, asset.images["discs_buf"]
+    k.cite("lagarde-2012: the exit of a box, per axis, then the nearest")
+    far = k.vec3(*(k.select(d > 0.0, high, low) for d, low, high in zip(ray.direction, uniforms["low"], uniforms["high"])))
+    slope = k.vec3(*(k.away_from_zero(d) for d in ray.direction))
+    exits = (far - ray.origin) / slope
+    distance = k.name("box_exit", k.min(exits.x, exits.y, exits.z))
+
+    def disc(i, nearest, colour):
+        place = k.name("place", k.fetch(table, i, 0))
+        t = (place.z - ray.origin.z) / slope.z
+        at = ray.origin + ray.direction * t
+        away = at.xy - place.xy
+        inside = (k.dot(away, away) < place.w * place.w) & (t > 0.0) & (t < nearest)
+        (shown,) = k.branch(inside, lambda: (k.fetch(table, i, 1),), lambda: (colour,))
+        return (k.select(inside, t, nearest), shown), None
+
+    background = k.sample(asset.images["wall_tx"], (ray.origin + ray.direction * distance).xy * 2.0 + 8.0)
+    nearest, colour = k.loop(asset.options["discs"], (distance, background), disc)
+    hit = nearest < distance
+    return Hit(colour.rgb, ray.origin + ray.direction * nearest, k.select(hit, colour.a, 1.0), k.select(hit, 1.0, 2.0))
+
+
+@pytest.fixture
+def room_asset(rng):
+    discs = rng.uniform(0.1, 1.0, (2, 5, 4)).astype("f")
+    discs[0, :, :3] = rng.uniform(-3, 3, (5, 3))
+    discs[0, :, 3] += 1.0  # radius, m
+    images = {"wall_tx": rng.random((16, 16, 4)).astype(np.float16), "discs_buf": discs}
+    return Asset("room", "", images, {"low": (-4.0, -4.0, -4.0), "high": (4.0, 4.0, 4.0)}, {"discs": 5})
+
+
+@pytest.fixture
+def rays(rng):
+    direction = rng.normal(size=(2048, 3))
+    direction[:6] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    return Rays(rng.uniform(-3, 3, (2048, 3)).astype("f"), direction.astype("f"))
+
+
+SIZES = {"radiance": 3, "coverage": 1, "position": 3, "status": 1}
+
+
+def test_random_programs_in_cycles(fresh_file, tmp_path, rng):
+    made, given = random_kernels.asset(rng), random_kernels.inputs(rng, 2048)
+    programs = {f"r{seed}": random_kernels.random_program(seed, made) for seed in range(8)}
+    groups = {key: (emit_nodes(p, made, key, ("p", "q")), {"p": 3, "q": 3, "p w": 1, "q w": 1}) for key, p in programs.items()}
+    answers = run_nodes(fresh_file, tmp_path, groups, given)
+    for key, program in programs.items():
+        single, stable = random_kernels.yardstick(program, given, made)
+        for name in ("p", "q"):
+            got = np.concatenate([answers[key][name], answers[key][f"{name} w"][:, None]], -1)
+            share = random_kernels.disagreement(got, single[name], stable[name])
+            assert share <= KERNEL_BRINK_SHARE, f"{key}, {name}"
+
+
+def test_room_in_cycles(fresh_file, tmp_path, room_asset, rays):
+    program = record(room, room_asset)
+    want = run_numpy(program, room_asset, rays)
+    group = emit_nodes(program, room_asset, "Room", tuple(SIZES))
+    assert {s.name for s in group.interface.items_tree} >= {"Origin", "Direction", "Radiance", "Coverage"}
+    got = run_nodes(fresh_file, tmp_path, {"room": (group, SIZES)}, vars(rays))["room"]
+    assert 0.1 < np.mean(want.status == 1.0) < 0.9
+    for name in SIZES:
+        _agree(got[name], getattr(want, name), KERNEL_RADIANCE_RELATIVE)
+
+
+def test_room_in_eevee(fresh_file, tmp_path, room_asset, rays):
+    program = record(room, room_asset)
+    want = run_numpy(program, room_asset, rays)
+    group = emit_nodes(program, room_asset, "Room", ("radiance", "coverage"))
+    outputs = {"radiance": 3, "coverage": 1}
+    got = run_nodes(fresh_file, tmp_path, {"room": (group, outputs)}, vars(rays), "BLENDER_EEVEE")["room"]
+    for name in outputs:
+        _agree(got[name], getattr(want, name), EEVEE_HALF_RELATIVE)
+
+
+def _agree(got: np.ndarray, want: np.ndarray, bound: float) -> None:
+    """All rays but one in a thousand, which may be on the edge of a disc or between two walls."""
+    error = (np.abs(got - want) / (np.abs(want) + 1e-2)).reshape(len(want), -1).max(1)
+    assert np.mean(error > bound) <= 1e-3
+
+
+def test_division_by_zero_is_huge_not_zero(fresh_file, tmp_path):
+    """Blender's own nodes say x / 0 = 0, which would put the exit of an axis-aligned ray at its start."""
+    program = record_function(lambda k, s, a: {"x": k.min(3.0 / a, 5.0), "y": k.max(k.vec2(-2.0, 1.0) / a, -7.0)}, {"a": "float"})
+    values = {"a": np.array([0.0, 2.0, -1.0])}
+    got = run_nodes(fresh_file, tmp_path, {"d": (emit_nodes(program, _no_asset(), "D", ("x", "y")), {"x": 1, "y": 2})}, values)["d"]
+    assert got["x"].tolist() == [5.0, 1.5, -3.0]
+    assert got["y"][:2].tolist() == [[-7.0, np.float32(1e30)], [-1.0, 0.5]]
+
+
+def test_a_guarded_division_costs_one_node(fresh_file):
+    """k.away_from_zero must be recognised, or every division of a kernel is paid for twice."""
+    guarded = record_function(lambda k, s, a: {"x": k.exp2(a) / k.max(a, 0.5) / k.away_from_zero(a)}, {"a": "float"})
+    bare = record_function(lambda k, s, a: {"x": k.exp2(a) / k.max(a, 0.5) / a}, {"a": "float"})
+    trees = [emit_nodes(program, _no_asset(), "D", ("x",)) for program in (guarded, bare)]
+    greater = [sum(getattr(n, "operation", "") == "GREATER_THAN" for n in tree.nodes) for tree in trees]
+    assert greater == [0, 1]
+
+
+def _no_asset() -> Asset:
+    return Asset("none", "", {})
+
+
+def test_a_count_from_a_uniform_is_unrolled_and_one_per_ray_is_refused(fresh_file, tmp_path):
+    def kernel(k, scope, a):
+        return {"x": k.loop(scope.uniforms["n"] * 2.0, (a,), lambda i, t: ((t + i,), None))[0]}
+
+    asset = Asset("a", "", {}, {"n": 2.0})
+    tree = emit_nodes(record_function(kernel, {"a": "float"}, uniforms=asset.uniforms), asset, "N", ("x",))
+    got = run_nodes(fresh_file, tmp_path, {"n": (tree, {"x": 1})}, {"a": np.array([1.0, 5.0])})
+    assert got["n"]["x"].tolist() == [7.0, 11.0]
+    per_ray = record_function(lambda k, s, a: {"x": k.loop(a, (a,), lambda i, t: ((t + i,), None))[0]}, {"a": "float"})
+    with pytest.raises(KernelError, match="differs per ray"):
+        emit_nodes(per_ray, asset, "N", ("x",))
+
+
+def test_unused_images_and_outputs_leave_no_nodes(fresh_file, room_asset):
+    program = record(room, room_asset)
+    tree = emit_nodes(program, room_asset, "Room", ("position",))
+    assert "Room wall_tx" not in fresh_file.data.images and "Room discs_buf" in fresh_file.data.images
+    assert [s.name for s in tree.interface.items_tree if s.in_out == "OUTPUT"] == ["Position"]
+    assert fresh_file.data.images["Room discs_buf"].use_half_precision is False
+
+
+def test_evaluate_is_what_nodes_are_compared_with(rng):
+    """A guard on the bench itself: two different programs do differ on its inputs."""
+    made, given = random_kernels.asset(rng), random_kernels.inputs(rng, 256)
+    one, two = (evaluate(random_kernels.random_program(seed, made), given, made)["p"] for seed in (0, 1))
+    assert not np.allclose(one, two, equal_nan=True)

@@ -1,0 +1,302 @@
+"""Operators and panels as a user meets them, without a window: poll, undo, a bake that works, fails and is cancelled."""
+
+import sys
+import tempfile
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+import reflect_addon
+from reflect_addon.core.asset import Asset
+from reflect_addon.core.asset_files import save_asset
+
+
+@pytest.fixture
+def registered(fresh_file):
+    reflect_addon.register()
+    yield fresh_file
+    reflect_addon.unregister()
+
+
+@pytest.fixture
+def ball(registered, tmp_path):
+    """A saved file with a ball that is marked by hand, selected; the method is environment."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=6)
+    bpy.context.object.name = "Ball"
+    bpy.context.object.reflect_mark = "YES"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "ball.blend"))
+    bpy.context.scene.reflect.method = "environment"
+    return bpy.context.object
+
+
+def environment(inputs_hash="", reflector="Ball"):
+    import numpy as np
+
+    return Asset("environment", reflector, {"radiance_tx": np.ones((4, 4, 4), np.float16)}, inputs_hash=inputs_hash)
+
+
+def fake_worker(monkeypatch, script: str, preference=None):
+    """The bake operator starts this script instead of a real bake."""
+    from reflect_addon.ops import bake
+    from reflect_addon.scene.worker import Worker
+
+    seen = []
+
+    def start(*arguments):
+        seen.append(arguments)
+        return Worker([sys.executable, "-c", "import sys, time, json\n" + script], Path(tempfile.mkdtemp()))
+
+    monkeypatch.setattr(bake, "start_bake", start)
+    return seen
+
+
+def poll_says(operator) -> str:
+    """Why the operator cannot run now; "" when it can."""
+    if operator.poll():
+        return ""
+    try:
+        operator()
+    except RuntimeError as error:
+        return str(error)
+    raise AssertionError("poll is False, yet the operator ran")
+
+
+def test_polls_in_an_empty_scene(registered):
+    assert "Choose a method" in poll_says(bpy.ops.reflect.bake)
+    bpy.context.scene.reflect.method = "environment"
+    assert "empty" in poll_says(bpy.ops.reflect.bake)
+    assert "No bake" in poll_says(bpy.ops.reflect.cancel)
+    assert "Select an object" in poll_says(bpy.ops.reflect.mark)
+    assert "Nothing was baked" in poll_says(bpy.ops.reflect.open_folder)
+    assert "Nothing was baked" in poll_says(bpy.ops.reflect.delete_assets)
+    assert bpy.ops.reflect.refresh() == {"FINISHED"}
+
+
+def test_a_scene_without_reflectors_is_told_so(registered):
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.scene.reflect.method = "environment"
+    bpy.ops.reflect.refresh()
+    assert "No reflector was found" in poll_says(bpy.ops.reflect.bake)
+
+
+def test_mark_and_undo(registered):
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.ed.undo_push(message="cube")
+    bpy.ops.reflect.mark("EXEC_DEFAULT", True, mark="YES")
+    assert bpy.context.object.reflect_mark == "YES"
+    bpy.ops.reflect.refresh()
+    assert [r.name for r in live_state().snapshot.reflectors()] == ["Cube"]
+    bpy.ops.ed.undo()
+    assert bpy.data.objects["Cube"].reflect_mark == "AUTO" and live_state().changed
+    bpy.ops.ed.redo()
+    assert bpy.data.objects["Cube"].reflect_mark == "YES"
+
+
+def live_state():
+    from reflect_addon.scene import live
+
+    return live.of(bpy.context.scene)
+
+
+def test_a_bake_loads_what_it_made(ball, monkeypatch, tmp_path):
+    from reflect_addon.scene.places import assets_of
+
+    folder = assets_of(bpy.context.scene) / "environment-Ball"
+    source = save_asset(environment("old"), tmp_path / "made")
+    seen = fake_worker(
+        monkeypatch,
+        f"import shutil; shutil.copytree({str(source)!r}, {str(folder)!r}); print(json.dumps({{'done': [{str(folder)!r}]}}))",
+    )
+    assert live_state().missing == ("Ball",)
+    assert bpy.ops.reflect.bake() == {"FINISHED"}
+    scene, methods, objects, settings, _worker = seen[0]
+    assert (scene, methods, objects) == (bpy.context.scene, ["environment"], [])
+    assert "resolution" in " ".join(settings)
+    state = live_state()
+    assert list(state.assets) == [("environment", "Ball")] and state.bytes() == 4 * 4 * 8
+    assert (state.missing, state.stale) == ((), ("Ball",)), "another hash is stale"
+    assert bpy.ops.reflect.delete_assets() == {"FINISHED"}
+    assert not folder.exists() and live_state().missing == ("Ball",)
+
+
+def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
+    from reflect_addon.scene import live
+    from reflect_addon.scene.places import assets_of
+
+    state = live_state()
+    save_asset(environment(live.inputs_hash(bpy.context.scene, state, "environment")), assets_of(bpy.context.scene) / "environment-Ball")
+    bpy.ops.reflect.refresh()
+    assert (live_state().missing, live_state().stale) == ((), ())
+    bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))
+    bpy.context.view_layer.update()
+    assert live_state().changed
+    bpy.ops.reflect.refresh()
+    assert live_state().stale == ("Ball",)
+
+
+def test_a_failing_bake_says_why(ball, monkeypatch):
+    fake_worker(monkeypatch, "print(json.dumps({'error': 'Ball is full.', 'remedy': 'Empty it.'})); sys.exit(1)")
+    with pytest.raises(RuntimeError, match="Ball is full. Empty it."):
+        bpy.ops.reflect.bake()
+    assert live_state().bake_error == "Ball is full. Empty it."
+    assert bpy.ops.reflect.bake.poll(), "after a failure one can try again"
+
+
+def test_damaged_assets_are_named(ball):
+    from reflect_addon.scene.places import assets_of
+
+    folder = save_asset(environment(), assets_of(bpy.context.scene) / "environment-Ball")
+    (folder / "asset.json").write_text("{")
+    bpy.ops.reflect.refresh()
+    assert "asset.json" in live_state().problems[0] and live_state().missing == ("Ball",)
+
+
+def test_the_first_save_takes_the_assets_along(registered, monkeypatch, tmp_path):
+    from reflect_addon.scene import places
+
+    monkeypatch.setattr(places.bpy.utils, "user_resource", lambda *_a, **_k: str(tmp_path / "user"))
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.reflect_mark = "YES"
+    unsaved = places.assets_of(bpy.context.scene)
+    assert unsaved.is_relative_to(tmp_path / "user")
+    save_asset(environment(reflector="Cube"), unsaved / "environment-Cube")
+    bpy.context.scene.reflect.method = "environment"
+    assert list(live_state().assets) == [("environment", "Cube")]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert (tmp_path / "reflect/Scene/environment-Cube/asset.json").exists() and not unsaved.exists()
+    assert list(live_state().assets) == [("environment", "Cube")] and not live_state().bake_error
+    (tmp_path / "b").mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "b" / "b.blend"))
+    assert live_state().missing == ("Cube",), "a file saved elsewhere has not been baked there"
+    assert (tmp_path / "reflect/Scene/environment-Cube/asset.json").exists()
+
+
+class Events:
+    """Enough of a window for the modal operator."""
+
+    def __init__(self):
+        self.began, self.ended, self.timers, self.status = 0, 0, 0, []
+        self.window_manager = SimpleNamespace(
+            event_timer_add=self._add, event_timer_remove=self._remove, modal_handler_add=lambda _: None,
+            progress_begin=self._begin, progress_end=self._end, progress_update=lambda _: None,
+        )
+        self.window, self.workspace = None, SimpleNamespace(status_text_set=self.status.append)
+        self.scene, self.selected_objects = bpy.context.scene, []
+
+    def _add(self, *_args, **_keywords):
+        self.timers += 1
+        return "timer"
+
+    def _remove(self, timer):
+        assert timer == "timer"
+        self.timers -= 1
+
+    def _begin(self, *_):
+        self.began += 1
+
+    def _end(self):
+        self.ended += 1
+
+
+@pytest.mark.parametrize("way", ["Esc", "button", "file load"])
+def test_a_modal_bake_is_cancelled(ball, monkeypatch, way):
+    """Driven event by event, since no window exists here; tests/desktop does it in one."""
+    from reflect_addon.ops import bake
+
+    fake_worker(monkeypatch, "print(json.dumps({'progress': .5, 'message': 'half'}), flush=True); time.sleep(60)")
+    events, reports = Events(), []
+    operator = SimpleNamespace(selected=False, report=lambda kind, text: reports.append(text))
+    for name in ("execute", "_start", "_finish", "_fail", "_leave_window"):
+        setattr(operator, name, getattr(bake.REFLECT_OT_bake, name).__get__(operator))
+    step = lambda kind: bake.REFLECT_OT_bake.modal(operator, events, SimpleNamespace(type=kind, value="PRESS"))
+    bake.REFLECT_OT_bake.begin(operator, events)
+    assert (events.began, events.timers) == (1, 1) and "running" in poll_says(bpy.ops.reflect.bake)
+    while step("TIMER") == {"PASS_THROUGH"} and "half" not in str(events.status[-1:]):
+        pass
+    assert step("MOUSEMOVE") == {"PASS_THROUGH"}, "the window stays responsive"
+    if way == "file load":
+        bake.REFLECT_OT_bake.cancel(operator, events)
+    else:
+        if way == "Esc":
+            assert step("ESC") == {"RUNNING_MODAL"}
+        else:
+            bpy.ops.reflect.cancel()
+        while (result := step("TIMER")) == {"PASS_THROUGH"}:
+            pass
+        assert result == {"CANCELLED"} and "cancelled" in reports[-1]
+    assert (events.ended, events.timers, events.status[-1]) == (1, 0, None)
+    assert bake.running() is None and bpy.ops.reflect.bake.poll()
+
+
+def test_switching_the_add_on_off_ends_the_bake(ball, monkeypatch):
+    from reflect_addon.ops import bake
+
+    fake_worker(monkeypatch, "time.sleep(60)")
+    operator = SimpleNamespace(selected=False, report=lambda *_: None)
+    worker = bake.REFLECT_OT_bake._start(operator, bpy.context)
+    reflect_addon.unregister()
+    assert not worker.state.running and bake.running() is None
+    reflect_addon.register()
+
+
+class Recorder:
+    """A layout that writes down what a panel draws."""
+
+    def __init__(self, seen):
+        self.seen = seen
+
+    def __getattr__(self, name):
+        def call(*arguments, **keywords):
+            if name == "prop":
+                assert keywords or arguments[0].bl_rna.properties[arguments[1]] is not None
+            if name == "operator":
+                getattr(bpy.ops.reflect, arguments[0].removeprefix("reflect.")).get_rna_type()
+            self.seen.append((name, *arguments, *keywords.values()))
+            return SimpleNamespace() if name == "operator" else Recorder(self.seen)
+
+        return call
+
+
+def drawn(**space):
+    """All text that the panels show."""
+    from reflect_addon.ui import panel
+
+    shading = SimpleNamespace(type=space.get("shading", "SOLID"))
+    overlay = SimpleNamespace(show_overlays=space.get("overlays", True))
+    context = SimpleNamespace(
+        scene=bpy.context.scene,
+        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),  # 0 without a window
+        region=SimpleNamespace(width=3000),
+        space_data=SimpleNamespace(shading=shading, overlay=overlay),
+    )
+    seen = []
+    for cls in (panel.REFLECT_PT_main, panel.REFLECT_PT_found, panel.REFLECT_PT_settings, panel.REFLECT_PT_assets):
+        if not hasattr(cls, "poll") or cls.poll(context):
+            cls.draw(SimpleNamespace(layout=_Layout(seen)), context)
+    return " ".join(str(word) for entry in seen for word in entry[1:] if isinstance(word, str))
+
+
+class _Layout(Recorder):
+    use_property_split = use_property_decorate = False
+
+
+def test_panels_draw_in_every_state(ball, monkeypatch):
+    from reflect_addon.scene import live
+    from reflect_addon.scene.places import assets_of
+
+    text = drawn()
+    assert "Ball" in text and "marked by hand" in text and "Not baked yet: Ball" in text
+    save_asset(environment("old"), assets_of(bpy.context.scene) / "environment-Ball")
+    bpy.ops.reflect.refresh()
+    text = drawn()
+    assert "Bake Again" in text and "changed since the bake of Ball" in text and "128 B on the GPU" in text
+    assert "Overlays are off" in drawn(shading="MATERIAL", overlays=False)
+    assert "Overlays are off" not in drawn(shading="SOLID", overlays=False)
+    live_state().bake_error = "The worker crashed."
+    assert "The worker crashed." in drawn()
+    monkeypatch.setattr(live, "take_snapshot", lambda *_: pytest.fail("a panel read the scene"))
+    drawn()
+    bpy.context.scene.reflect.method = "OFF"
+    assert "Not baked" not in drawn()

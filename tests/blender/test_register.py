@@ -1,0 +1,135 @@
+"""Registering loudly and fully, twice, and leaving nothing behind; a word on everything that the user sees."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+import reflect_addon
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def registered(fresh_file):
+    reflect_addon.register()
+    yield fresh_file
+    reflect_addon.unregister()
+
+
+def footprint():
+    """Everything that an add-on can leave behind."""
+    types = {name for name in dir(bpy.types) if "reflect" in name.lower()}
+    for base in (bpy.types.Operator, bpy.types.Panel, bpy.types.PropertyGroup, bpy.types.AddonPreferences):
+        types |= {f"{cls.__module__}.{cls.__name__}" for cls in base.__subclasses__() if cls.is_registered}
+    properties = {
+        f"{owner.__name__}.{p.identifier}"
+        for owner in (bpy.types.Scene, bpy.types.Object, bpy.types.Material, bpy.types.WindowManager)
+        for p in owner.bl_rna.properties
+    }
+    handlers = {
+        f"{name}:{f.__module__}.{f.__qualname__}"
+        for name in dir(bpy.app.handlers)
+        if isinstance(functions := getattr(bpy.app.handlers, name), list)
+        for f in functions
+    }
+    operators = {name for name in dir(bpy.ops.reflect)}
+    return {"types": types, "properties": properties, "handlers": handlers, "operators": operators}
+
+
+def test_nothing_stays_behind(fresh_file):
+    before = footprint()
+    for _ in range(2):
+        reflect_addon.register()
+        during = footprint()
+        assert during["handlers"] > before["handlers"] and during["operators"] > before["operators"]
+        assert {"Scene.reflect", "Object.reflect_mark"} <= during["properties"]
+        reflect_addon.unregister()
+        assert footprint() == before
+
+
+def test_registering_twice_is_registering_once(fresh_file):
+    before = footprint()
+    reflect_addon.register()
+    once = footprint()
+    reflect_addon.register()
+    assert footprint() == once
+    handlers = [f for f in bpy.app.handlers.load_post if "reflect_addon" in f.__module__]
+    assert len(handlers) == 1
+    reflect_addon.unregister()
+    reflect_addon.unregister()
+    assert footprint() == before
+
+
+def test_a_failure_is_raised_and_undone(fresh_file, monkeypatch):
+    from reflect_addon.scene import handlers
+
+    before = footprint()
+
+    def fail():
+        raise ValueError("no room")
+
+    monkeypatch.setattr(handlers, "register", fail)
+    with pytest.raises(ValueError, match="no room"):
+        reflect_addon.register()
+    assert footprint() == before
+
+
+def test_an_older_blender_is_told_to_update(fresh_file, monkeypatch):
+    before = footprint()
+    monkeypatch.setattr(reflect_addon, "MINIMUM_BLENDER", (99, 1, 0))
+    with pytest.raises(RuntimeError, match="needs Blender 99.1 or newer; this is 5.2.*Update Blender"):
+        reflect_addon.register()
+    assert footprint() == before
+
+
+def test_registering_imports_no_gpu():
+    code = (
+        f"import sys; sys.path.insert(0, {str(ROOT)!r}); import bpy; before = set(sys.modules); import reflect_addon;"
+        "reflect_addon.register(); new = [m for m in set(sys.modules) - before if m.split('.')[-1] == 'gpu'"
+        " or '.gpu.' in m]; assert not new, new"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_everything_has_a_tooltip(registered):
+    """Every operator, every property of ours, every item of their enums."""
+    groups = [bpy.types.Scene.bl_rna.properties["reflect"].fixed_type]
+    preferences = [c for c in bpy.types.AddonPreferences.__subclasses__() if "reflect_addon" in c.__module__]
+    groups += [c.bl_rna for c in preferences if c.is_registered]
+    operators = [getattr(bpy.ops.reflect, name).get_rna_type() for name in dir(bpy.ops.reflect)]
+    assert len(operators) >= 6 and len(groups) == 2
+    for operator in operators:
+        assert len(operator.description) > 15 and operator.name, operator.identifier
+    own = [p for rna in groups + operators for p in rna.properties if p.identifier not in ("rna_type", "name", "bl_idname")]
+    own += [bpy.types.Scene.bl_rna.properties["reflect"], bpy.types.Object.bl_rna.properties["reflect_mark"]]
+    assert len(own) >= 8
+    for prop in own:
+        assert prop.description and prop.name, f"{prop.identifier} has no tooltip"
+        if prop.type == "ENUM":
+            for item in prop.enum_items:
+                assert item.name and item.description, f"{prop.identifier}.{item.identifier} has no tooltip"
+
+
+def test_method_tooltips_come_from_the_modules(registered):
+    from reflect_addon.core import methods
+    from reflect_addon.ui.settings import method_items
+
+    items = {item[0]: item for item in method_items(None, None)}
+    assert list(items) == ["OFF", *(m.NAME for m in methods.all_methods())]
+    assert len({item[3] for item in items.values()}) == len(items)
+    for name, label, tooltip, number in items.values():
+        assert len(tooltip) > 10 and tooltip[0].isupper() and "`" not in tooltip and number >= 0, (name, label)
+
+
+def test_a_chosen_method_is_saved_with_the_file(registered, tmp_path):
+    bpy.context.scene.reflect.method = "environment"
+    bpy.context.scene.reflect.resolution = 64
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert bpy.context.scene.reflect.method == "OFF"
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert (bpy.context.scene.reflect.method, bpy.context.scene.reflect.resolution) == ("environment", 64)
