@@ -1,7 +1,7 @@
 """kitchen: a small furnished interior with a kettle, a tap, glazed plates and a glass table.
 
 Claim: reflectors of many kinds side by side (chrome, brushed steel, coloured metal, glazed ceramic at IOR 1.5, glass),
-convex, concave, thin and flat, close to each other and to what they reflect: no single stand-in is right for all of them.
+convex, concave, thin and flat, close to each other and to what they reflect: no single stand-in is right for all.
 """
 
 import math

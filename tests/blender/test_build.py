@@ -69,8 +69,8 @@ def state():
     return {
         "classes": sorted(classes()),
         "handlers": sorted(handlers),
-        "properties": sorted(name for kind in (getattr(bpy.types, kind) for kind in ("Scene", "Object", "WindowManager", "Material"))
-                             for name in kind.bl_rna.properties.keys() if "reflect" in name.lower()),
+        "properties": sorted(name for kind in ("Scene", "Object", "WindowManager", "Material")
+                             for name in getattr(bpy.types, kind).bl_rna.properties.keys() if "reflect" in name.lower()),
         "enabled": sorted(a.module for a in bpy.context.preferences.addons if "reflect" in a.module),
     }
 
