@@ -38,6 +38,7 @@ class Live:
         self.method = "OFF"  # whose assets are loaded ...
         self.folder: Path | None = None  # ... and from where
         self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
+        self._joined: dict[tuple[int, ...], Asset] = {}
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
         self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
         self.missing: tuple[str, ...] = ()  # reflectors without assets
@@ -68,10 +69,10 @@ class Live:
 
     def reload(self, scene: bpy.types.Scene) -> None:
         """Loads the assets of the scene's method again; reads the scene when that was never done."""
-        self.assets, problems = {}, []
+        self.assets, self._joined, problems = {}, {}, []
         self.method, self.folder = scene.reflect.method, assets_of(scene)
         if is_on(scene):
-            for kind in methods.with_required(self.method):
+            for kind in methods.with_required([self.method]):
                 for folder in sorted(self.folder.glob(f"{kind}-*")):
                     try:
                         asset = load_asset(folder)
@@ -112,12 +113,30 @@ class Live:
             return
         stale, missing = [], []
         for reflector in self.snapshot.reflectors():
-            found = [self.asset(kind, reflector.name) for kind in methods.with_required(scene.reflect.method)]
+            found = [self.asset(kind, reflector.name) for kind in methods.with_required([scene.reflect.method])]
             if None in found:
                 missing.append(reflector.name)
             elif not all(is_fresh(asset, inputs_hash(scene, self, asset.kind)) for asset in found):
                 stale.append(reflector.name)
         self.stale, self.missing = tuple(stale), tuple(missing)
+
+    def joined(self) -> dict[str, Asset]:
+        """Per reflector's object name the method's asset with what it requires; without those that are not baked."""
+        if self.snapshot is None or self.method in ("", "OFF"):
+            return {}
+        found = {}
+        for reflector in self.snapshot.reflectors():
+            assets = [self.asset(kind, reflector.name) for kind in methods.with_required([self.method])]
+            if reflector.object_name not in found and None not in assets:
+                found[reflector.object_name] = self._join(assets)
+        return found
+
+    def _join(self, assets: list[Asset]) -> Asset:
+        """The last asset with the others; the same object for the same assets, so that nothing is uploaded twice."""
+        key = tuple(id(asset) for asset in assets)
+        if key not in self._joined:
+            self._joined[key] = assets[-1].joined(*assets[:-1])
+        return self._joined[key]
 
     def asset(self, kind: str, reflector: str) -> Asset | None:
         """The asset for a reflector: its own, or the one of all reflectors."""
@@ -138,7 +157,12 @@ def is_on(scene: bpy.types.Scene) -> bool:
 
 def of(scene: bpy.types.Scene) -> Live:
     """The state of a scene; a new one, knowing nothing, when it was never asked for."""
-    return _scenes.setdefault(scene.session_uid, Live())
+    return of_uid(scene.session_uid)
+
+
+def of_uid(uid: int) -> Live:
+    """The same by the scene's session_uid, for those who must not hold a scene."""
+    return _scenes.setdefault(uid, Live())
 
 
 def forget() -> None:

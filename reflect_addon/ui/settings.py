@@ -76,7 +76,7 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         """What the chosen method and those it requires understand of these settings."""
         known = {"resolution": self.resolution, "samples": self.samples}
         wanted = set()
-        for name in methods.with_required(self.method):
+        for name in methods.with_required([self.method]):
             wanted |= methods.get(name).DEFAULTS.keys()
         return {key: value for key, value in known.items() if key in wanted}
 

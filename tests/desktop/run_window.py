@@ -18,7 +18,7 @@ import desktop
 import numpy as np
 
 ZIP, SAMPLE, OUT, WORKER = map(Path, sys.argv[sys.argv.index("--") + 1 :][:4])
-MODULE = "bl_ext.user_default.reflect_addon"
+MODULE = "bl_ext.user_default.reflect"
 RESOLUTION, SAMPLES = 128, 8  # of the bakes: small, since OpenGL and Cycles share a processor here
 RESPONSIVE = 2.0  # s: longest time in which the window may answer nothing during a bake, on software OpenGL
 results: dict = {"steps": [], "seconds": {}}
@@ -192,7 +192,7 @@ def story():
 
 def move_camera():
     _window, area, _region, space = desktop.view3d()
-    counts = dict(part("ui.viewport").counts())
+    counts = dict(part("ui.viewport").counts(scene()))
     view = space.region_3d
     before = picture("04-view-a")
     view.view_perspective = "PERSP"
@@ -202,7 +202,7 @@ def move_camera():
         yield 0.5
     yield 1.0
     assert changed(before, picture("04-view-b")) > 0.02
-    now = dict(part("ui.viewport").counts())
+    now = dict(part("ui.viewport").counts(scene()))
     results["counts"] = {"before": counts, "after": now}
     for what in ("uploads", "compiles"):
         if what in counts:
