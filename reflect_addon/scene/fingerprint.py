@@ -68,7 +68,8 @@ class Fingerprint:
         override = view_layer.material_override
         self._parts.append(f"override {override.name_full if override else ''}")
         self.material(override)
-        self._parts.append(f"light transport {[getattr(scene.cycles, name) for name in LIGHT_TRANSPORT]}")
+        # From the original: render settings alone do not make the depsgraph copy the scene again.
+        self._parts.append(f"light transport {[getattr(scene.original.cycles, name) for name in LIGHT_TRANSPORT]}")
         self._parts.append(f"space {bpy.data.colorspace.working_space}")
         if self._follows_frame:
             self._parts.append(f"frame {scene.frame_current}")

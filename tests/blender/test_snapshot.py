@@ -83,7 +83,7 @@ def test_instances_share_meshes_and_match_what_rays_hit(fresh_file, rng):
     hits = trace(Rays(origin, direction))
     for name in ("Piece", "Tri", "Text"):
         chosen = hits.position[hits.object == hits.object_names.index(name)].astype(float)
-        assert len(chosen) > 20, name
+        assert len(chosen) >= 5, name
         planes = []
         for instance in (i for i in snap.instances if i.object_name == name):
             corners = snap.world_positions(instance)[snap.meshes[instance.mesh].triangles]

@@ -1,0 +1,199 @@
+"""`billboards`: objects near the reflector stand as textured quads [popescu-2006 section 3, diffuse billboards].
+
+Problem. The environment map shows near objects at the wrong place and without parallax.
+Idea. Every other object becomes a quad with an alpha contour; a reflected ray takes the nearest quad it meets and the
+environment map, captured without these objects, where it meets none (3.1, steps 2 to 4).
+  * What is flat (a floor, a picture, a wall of the room) lies on its own fitted plane; it is captured once and serves
+    all reflectors (section 3, second paragraph).
+  * What has volume stands through its centroid B, perpendicular to the line from B to the reflector's centroid, seen
+    by a camera with a field of view of 10 degrees: one quad for each reflector.
+Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
+rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
+and nothing in front of an object can stand in its way. The texture's level follows the ray's footprint.
+Limits. A volume is flat once reflected; objects that touch the reflector need depth maps. Meshes that enclose the
+reflector (a room) lend their large flat parts only; the rest of them stays in the environment map.
+"""
+
+import numpy as np
+
+from .. import spaces
+from ..asset import Asset, half_with_scale
+from ..billboard_atlas import ROW, Placed, pack, table_rows
+from ..billboard_fit import Quad, flat_quads, volume_quad
+from ..cubemap import blend_levels
+from ..kernel import Hit
+from ..rays import Rays
+from ..snapshot import Instance
+from . import environment
+from .job import BakeJob
+
+NAME = "billboards"
+LABEL = "Billboards"
+REQUIRES = ()
+DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128}
+
+# Alpha above which a texel is the object: half, so that bilinear contours lie where the object's edge lies.
+SOLID = 0.5
+# Rays start this share of the scene's diagonal above the surface: above float32's rounding, below any visible gap.
+LIFT = 2e-5
+
+
+def bake(job: BakeJob) -> Asset:
+    """Quads for every other object, their texels in one bundle, and the environment without those objects."""
+    quads, hidden = quads_for(job)
+    backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
+    captured = _capture(job, quads)
+    atlas, placed = pack(captured)
+    atlas[..., :3], scale = _scaled(atlas[..., :3])
+    rows = table_rows(quads, placed)
+    return Asset(
+        kind=NAME,
+        reflector=job.reflector.name,
+        images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows},
+        uniforms={**backdrop.uniforms, "billboard_scale": scale},
+        options={"count": len(quads)},
+        settings=dict(job.settings),
+    )
+
+
+def _scaled(radiance: np.ndarray) -> tuple[np.ndarray, float]:
+    half, scale = half_with_scale(radiance)
+    return half.astype(np.float32), scale
+
+
+def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
+    """(quads of all objects that the reflector can see, names of the objects that they stand for whole)."""
+    low, high = job.scene.bounds([job.reflector])
+    center = (low + high) / 2
+    corners = np.array([[(low, high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
+    quads: list[Quad] = []
+    whole: dict[str, bool] = {}
+    for instance in job.scene.instances:
+        if instance.object_name == job.reflector.object_name or not instance.visible_glossy:
+            continue
+        flat, complete = _flat(job, instance)
+        quads += [q for q in flat if q.faces(corners)]
+        if not complete and not _encloses(job, instance, center):
+            # The flat parts of a thing that stands as one quad would be seen twice.
+            quads = [q for q in quads if q.instance != instance.name]
+            quads.append(volume_quad(job.scene, instance, center))
+            complete = True
+        # Every dupli of an object is hidden with it, so all of them must have quads.
+        whole[instance.object_name] = whole.get(instance.object_name, True) and complete
+    return quads, tuple(name for name, complete in whole.items() if complete)
+
+
+def _flat(job: BakeJob, instance: Instance) -> tuple[list[Quad], bool]:
+    """flat_quads of an instance, found once for all reflectors of the bake."""
+    key = ("flat", instance.name)
+    if key not in job.shared:
+        job.shared[key] = flat_quads(job.scene, instance)
+    return job.shared[key]
+
+
+def _encloses(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
+    low, high = job.scene.bounds([instance])
+    return bool(np.all(low < point) and np.all(point < high))
+
+
+def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
+    """Per quad (h, w, 4) float32: premultiplied radiance and alpha, row 0 at its low v."""
+    texels = int(job.settings["texels"])
+    lift = LIFT * max(job.scene.diagonal(), 1e-30)
+    by_name = {i.name: i for i in job.scene.instances}
+    images = [job.shared.get((q, texels)) for q in quads]
+    starts, directions, owners = [], [], []
+    for index, quad in enumerate(quads):
+        if images[index] is not None:
+            continue
+        rays = quad.rays(texels)
+        distance = job.intersect(by_name[quad.instance], rays)
+        solid = np.isfinite(distance) & (distance <= quad.reach)
+        # Computed in float64: float32 positions far from the origin would lose the lift.
+        start = rays.origin.astype(np.float64) + rays.direction * (np.where(solid, distance, 0.0) - lift)[:, None]
+        images[index] = np.zeros((*quad.size(texels), 4), np.float32)
+        starts.append(start[solid])
+        directions.append(rays.direction[solid])
+        owners.append((index, solid))
+    if sum(len(s) for s in starts):
+        bundle = Rays(np.concatenate(starts).astype(np.float32), np.concatenate(directions).astype(np.float32))
+        hits = job.trace(bundle, hide=(job.reflector.object_name,), samples=int(job.settings["samples"]))
+        at = 0
+        for (index, solid), start in zip(owners, starts, strict=True):
+            image = images[index].reshape(-1, 4)
+            image[solid, :3] = hits.radiance[at : at + len(start)]
+            image[solid, 3] = 1.0
+            at += len(start)
+    for quad, image in zip(quads, images, strict=True):
+        if quad.shared:
+            job.shared[(quad, texels)] = image
+    return images
+
+
+def trace(k, asset, ray) -> Hit:
+    """The nearest billboard that the ray meets, else the environment."""
+    options = asset.options
+    nothing = (k.vec4(0.0, 0.0, 0.0, 0.0), spaces.FAR)
+    texel, distance = nothing
+    if options["count"]:  # a scene without other objects has no loop
+        k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
+        texel, distance = k.loop(options["count"], nothing, lambda i, texel, distance: _meet(k, asset, ray, i, texel, distance))
+    else:
+        return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
+
+    def billboard():
+        k.cite("popescu-2006 3.1 step 4: return the intersection texel")
+        radiance = texel.xyz * (asset.uniforms["billboard_scale"] / k.max(texel.w, SOLID))
+        return radiance, ray.origin + ray.direction * distance, spaces.STATUS_HIT
+
+    def backdrop():
+        k.cite("popescu-2006 3.1 step 3: if no intersection return EM(r)")
+        hit = environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
+        return hit.radiance, hit.position, spaces.STATUS_FELL_BACK
+
+    radiance, position, status = k.branch(distance < spaces.FAR, billboard, backdrop)
+    return Hit(radiance=radiance, position=position, coverage=1.0, status=status)
+
+
+def _meet(k, asset, ray, i, texel, distance):
+    """One step of the loop: (texel, distance) after billboard i. Texels are fetched only where its quad is met."""
+    table = asset.images["billboard_buf"]
+
+    def row(field: int):
+        return k.fetch(table, float(field), i)
+
+    center, normal = row(ROW["center"]), row(ROW["normal"])
+    facing = k.dot(ray.direction, normal.xyz)
+    # One-sided: a ray from behind, or along the plane, does not see it.
+    t = k.name("t", k.dot(center.xyz - ray.origin, normal.xyz) / k.min(facing, -1e-20))
+    nearer = (facing < 0.0) & (t > 0.0) & (t < distance)
+
+    def in_plane():
+        axis_u, axis_v = row(ROW["u"]), row(ROW["v"])
+        p = ray.origin - center.xyz + ray.direction * t
+        u, v = k.dot(p, axis_u.xyz), k.dot(p, axis_v.xyz)
+
+        def in_rectangle():
+            place = row(ROW["place"])
+            footprint = (ray.width + ray.spread * t) / k.max(normal.w, 1e-30)
+            level = k.min(k.log2(k.max(footprint, 1.0)), center.w)
+            seen = blend_levels(k, level, lambda j: _sample(k, asset, axis_u.w, axis_v.w, place, j, u, v))
+            solid = seen.w >= SOLID
+            return k.select(solid, seen, texel), k.select(solid, t, distance)
+
+        return k.branch((k.abs(u) <= 1.0) & (k.abs(v) <= 1.0), in_rectangle, lambda: (texel, distance))
+
+    return k.branch(nearer, in_plane, lambda: (texel, distance)), None
+
+
+def _sample(k, asset, width, height, place, level, u, v):
+    """Bilinear texel of one level of one billboard; see billboard_atlas for where levels lie."""
+    image = asset.images["billboard_tx"]
+    across, up = (u + 1.0) * 0.5, (v + 1.0) * 0.5
+    if level is None:
+        return k.sample(image, place.x + across * width, place.y + up * height)
+    scale = k.exp2(-level)
+    above = level >= 1.0
+    x = place.x + k.select(above, width + 2.0, 0.0)
+    y = place.y + k.select(above, height * (1.0 - 2.0 * scale) + 2.0 * (level - 1.0), 0.0)
+    return k.sample(image, x + across * width * scale, y + up * height * scale)

@@ -1,0 +1,145 @@
+"""Bake methods for the reflectors of a scene, and find what was baked: the one path of the worker, the command line
+and tests."""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from ..core import methods
+from ..core.asset import Asset
+from ..core.asset_files import is_fresh, load_asset, save_asset
+from ..core.asset_places import asset_name
+from ..core.errors import Cancelled, ReflectError
+from ..core.methods.job import BakeJob
+from ..core.snapshot import Instance, SceneSnapshot
+from .intersect import intersector
+from .raytrace import trace
+
+Progress = Callable[[float, str], object]
+
+
+def bake_assets(
+    scene: SceneSnapshot,
+    wanted: list[str] | tuple[str, ...],
+    folder: Path,
+    *,
+    reflectors: list[str] | tuple[str, ...] = (),
+    settings: dict[str, object] | None = None,
+    tracer: Callable = trace,
+    progress: Progress | None = None,
+    again: bool = False,
+) -> list[Path]:
+    """Bakes the wanted methods (and what they require) for the named reflectors, all of them when none is named.
+
+    Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`. settings override the methods'
+    defaults where a method has such a setting. progress(done in 0..1, text) may return False to cancel. Returns the
+    folders of all assets asked for. ReflectError: no reflector, an unknown name, a disk that refuses.
+    """
+    chosen = chosen_reflectors(scene, reflectors)
+    kinds = methods.with_required(tuple(wanted))
+    tell = _teller(progress)
+    shared: dict = {}
+    intersect = intersector(scene)
+    paths = []
+    for index, reflector in enumerate(chosen):
+        done: dict[str, Asset] = {}
+        for step, kind in enumerate(kinds):
+            path = Path(folder) / asset_name(kind, reflector.name)
+            asked = settings_for(kind, settings)
+            inputs = inputs_hash(scene, kind, reflector, asked)
+            start = (index * len(kinds) + step) / (len(chosen) * len(kinds))
+            share = 1 / (len(chosen) * len(kinds))
+            text = f"{methods.get(kind).LABEL} of {reflector.name}"
+            tell(start, text)
+            asset = None if again else _fresh(path, inputs)
+            if asset is None:
+                began = time.perf_counter()
+
+                def traced(rays, hide=(), samples=1, start=start, text=text):
+                    return tracer(rays, hide, samples, progress=lambda p, _: tell(start + share * p, text))
+
+                job = BakeJob(scene, reflector, traced, intersect, asked, _required(kind, done), shared)
+                asset = replace(
+                    methods.get(kind).bake(job), inputs_hash=inputs, bake_seconds=time.perf_counter() - began
+                )
+                save_asset(asset, path)
+            done[kind] = asset
+            paths.append(path)
+    tell(1.0, "Baked")
+    return paths
+
+
+def load_assets(scene: SceneSnapshot, method: str, folder: Path) -> dict[str, Asset]:
+    """Reflector name -> asset joined with what it requires, for every reflector that has one on disk.
+
+    Damaged assets raise ReflectError; reflectors that were never baked are simply missing from the result.
+    """
+    found = {}
+    for reflector in scene.reflectors():
+        paths = [Path(folder) / asset_name(kind, reflector.name) for kind in (method, *methods.get(method).REQUIRES)]
+        if all((path / "asset.json").is_file() for path in paths):
+            own, *others = [load_asset(path) for path in paths]
+            found[reflector.name] = own.joined(*others)
+    return found
+
+
+def is_stale(scene: SceneSnapshot, asset: Asset) -> bool:
+    """Whether the scene is no longer what the asset was baked from."""
+    reflector = next((r for r in scene.reflectors() if r.name == asset.reflector), None)
+    return reflector is None or not is_fresh(asset, inputs_hash(scene, asset.kind, reflector, asset.settings))
+
+
+def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) -> tuple[Instance, ...]:
+    """The reflectors of these objects, or all. ReflectError when there is none or a name is not one of them."""
+    everything = scene.reflectors()
+    if not everything:
+        raise ReflectError(
+            f"The scene '{scene.scene_name}' has no reflector.",
+            "Give an object a metallic or glossy material, or mark it: Object > Reflect > Mark as Reflector.",
+        )
+    known = {i.object_name for i in everything} | {i.name for i in everything}
+    for name in names:
+        if name not in known:
+            raise ReflectError(
+                f"The object '{name}' is not a reflector of the scene '{scene.scene_name}'.",
+                f"Reflectors are: {', '.join(sorted({i.object_name for i in everything}))}.",
+            )
+    return tuple(i for i in everything if not names or i.name in names or i.object_name in names)
+
+
+def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, object]:
+    """The method's defaults with those overrides that it has, or that its required methods' bake shares."""
+    defaults = methods.get(kind).DEFAULTS
+    return {**defaults, **{k: v for k, v in (overrides or {}).items() if k in defaults}}
+
+
+def inputs_hash(scene: SceneSnapshot, kind: str, reflector: Instance, settings: dict) -> str:
+    """sha256 over everything that the content of an asset depends on."""
+    parts = [scene.geometry_hash, kind, reflector.name, json.dumps(settings, sort_keys=True, default=str)]
+    return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def _required(kind: str, done: dict[str, Asset]) -> dict[str, Asset]:
+    return {required: done[required] for required in methods.get(kind).REQUIRES}
+
+
+def _fresh(path: Path, inputs: str) -> Asset | None:
+    """The asset on disk when it can be used as it is; a missing, damaged or stale one is baked again."""
+    if not (path / "asset.json").is_file():
+        return None
+    try:
+        asset = load_asset(path)
+    except ReflectError:
+        return None
+    return asset if is_fresh(asset, inputs) else None
+
+
+def _teller(progress: Progress | None) -> Progress:
+    def tell(done: float, text: str) -> None:
+        if progress is not None and progress(done, text) is False:
+            raise Cancelled("The bake")
+
+    return tell
