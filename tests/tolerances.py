@@ -21,3 +21,10 @@ KERNEL_BRINK_SHARE = 2e-3
 # one saturated colour in a thousand; 99 % are within 0.003.
 LOOK_STANDARD = (2e-5, 3e-6)
 LOOK_TABLE = (1.3e-2, 4e-4)
+# gpu/raymap.py: float32 interpolation of positions and normals by the rasteriser.
+RAY_MAP = 1e-5
+# A sphere of 256 x 128 facets lies this far inside the true one: (half an edge)^2 / 2, seen at up to 77 degrees.
+SPHERE_FACETS = 8e-4
+# core/shading.py against a 32-sample Cycles render: noise where it picks between two lobes at random.
+REFLECTANCE_MEAN = 1e-2
+REFLECTANCE_RING = 1e-2

@@ -75,11 +75,11 @@ class Program:
         """A push constant: a float or a flat sequence of floats (matrices column by column)."""
         self._check_known(name, self._uniforms)
         kind = self._uniforms[name]
-        values = [float(value)] if kind == "FLOAT" else [float(v) for v in value]
+        values = (float(value),) if kind == "FLOAT" else tuple(float(v) for v in value)
         if len(values) != _FLOATS[kind]:
             raise ValueError(f"{self.info.name}: uniform '{name}' is a {kind}, got {len(values)} floats")
         if name not in self._dropped:
-            self.shader.uniform_float(name, values)
+            self.shader.uniform_float(name, values[0] if kind == "FLOAT" else values)
         self._unset.discard(name)
 
     def image(self, name: str, texture):

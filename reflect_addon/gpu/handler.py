@@ -1,0 +1,115 @@
+"""The viewport: a POST_VIEW callback that only draws, and the app handlers that say when the scene changed.
+
+App handlers mark sessions dirty and start a timer; the timer walks the scene (bpy may not be written to, nor the
+depsgraph walked, while drawing); the callback uploads what the timer brought, once, and otherwise only draws.
+"""
+
+import traceback
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+
+from ..core.camera import Camera
+from . import session as viewport_session
+from .program import forget_programs
+
+# Blender's own depth of the same surface was computed with other roundings: 1e-7 (Solid) to 3e-4 behind (EEVEE).
+DEPTH_BIAS = 1e-5
+_DELAY = 0.05  # s between a change and the walk: a drag sends a change per frame
+
+_handle = None
+
+
+def viewport_camera(region, region_data) -> Camera:
+    """The camera of a 3D viewport."""
+    view = np.array(region_data.view_matrix, np.float64)
+    return Camera(
+        np.linalg.inv(view), np.array(region_data.window_matrix, np.float64), int(region.width), int(region.height)
+    )
+
+
+def draw(context):
+    """Draw the scene's reflections into the bound framebuffer. context: anything with scene.name, region (width, height)
+    and region_data (view_matrix, window_matrix). The first failure is kept as the session's message and ends its drawing.
+    """
+    viewport_session.free_retired()
+    found = viewport_session.session(context.scene.name)
+    if found is None or not found.method or found.message:
+        return
+    try:
+        renderer = found.current_renderer()
+        if renderer is not None and context.region.width > 0 and context.region.height > 0:
+            renderer.draw_overlay(viewport_camera(context.region, context.region_data), DEPTH_BIAS)
+    except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
+        found.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
+        traceback.print_exc()
+
+
+def _on_draw():
+    draw(bpy.context)
+
+
+def _refresh():
+    if any([s.refresh() for s in viewport_session.sessions()]):
+        for window in bpy.context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    area.tag_redraw()
+
+
+def _start_timer():
+    if viewport_session.sessions() and not bpy.app.timers.is_registered(_refresh):
+        bpy.app.timers.register(_refresh, first_interval=_DELAY)
+
+
+@persistent
+def on_depsgraph_update(scene, _depsgraph):
+    found = viewport_session.session(scene.name)
+    if found is not None and found.method:
+        found.dirty = True
+        _start_timer()
+
+
+@persistent
+def on_undo_redo(*_):
+    for found in viewport_session.sessions():
+        found.dirty = True
+    _start_timer()
+
+
+@persistent
+def on_load(*_):
+    """Another file: the sessions' scenes are gone. Operators start new ones; the old are freed in the next draw."""
+    viewport_session.retire_all()
+
+
+_APP_HANDLERS = (
+    (bpy.app.handlers.depsgraph_update_post, on_depsgraph_update),
+    (bpy.app.handlers.load_post, on_load),
+    (bpy.app.handlers.undo_post, on_undo_redo),
+    (bpy.app.handlers.redo_post, on_undo_redo),
+)
+
+
+def register():
+    global _handle
+    if _handle is None:
+        _handle = bpy.types.SpaceView3D.draw_handler_add(_on_draw, (), "WINDOW", "POST_VIEW")
+    for handlers, function in _APP_HANDLERS:
+        if function not in handlers:
+            handlers.append(function)
+
+
+def unregister():
+    global _handle
+    if _handle is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
+        _handle = None
+    for handlers, function in _APP_HANDLERS:
+        if function in handlers:
+            handlers.remove(function)
+    if bpy.app.timers.is_registered(_refresh):
+        bpy.app.timers.unregister(_refresh)
+    viewport_session.end_all()
+    forget_programs()

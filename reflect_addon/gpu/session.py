@@ -1,0 +1,115 @@
+"""What the viewport shows: per scene a method, its loaded assets, and where snapshots and the look come from.
+
+Operators fill it; app handlers mark it dirty; `refresh` (a timer, never a draw callback) walks the scene; the draw
+callback alone touches the GPU.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from ..core.asset import Asset
+from ..core.errors import ReflectError
+from ..core.look import Look
+from ..core.snapshot import SceneSnapshot
+from .renderer import Renderer, registered_kernel
+
+
+@dataclass
+class ViewportSession:
+    """One scene in the viewport. Times and paths are the operators' business; this holds what is drawn."""
+
+    snapshot_of: Callable[[], SceneSnapshot]  # walks the depsgraph
+    look_of: Callable[[Look | None], Look]  # reads the view settings; is given the last look
+    assets: dict[str, Asset] = field(default_factory=dict)  # reflector object name -> joined asset; "" = all others
+    method: str = ""  # "" = off
+    attenuation: float | None = None  # half distance, m
+    kernel: Callable[[str], Callable] = registered_kernel
+    dirty: bool = True  # the scene changed since the last refresh
+    message: str = ""  # why drawing stopped, for the panel; "" while all is well
+    walks: int = 0  # snapshots taken: a camera move must not add one
+    _pending: tuple[SceneSnapshot, Look] | None = None
+    _look: Look | None = None
+    _renderer: Renderer | None = None
+    _settings: tuple | None = None
+
+    def set_assets(self, method: str, assets: dict[str, Asset]):
+        """Show another method (or "" for none). Clears an earlier failure."""
+        self.method, self.assets, self.message, self.dirty = method, dict(assets), "", True
+
+    def refresh(self) -> bool:
+        """Walk the scene if it changed. True when there is something new to draw. Not from a draw callback.
+
+        A ReflectError becomes the message and turns drawing off until the next set_assets."""
+        if not self.method or self.message or not self.dirty:
+            return False
+        self.dirty = False
+        try:
+            self._pending = (self.snapshot_of(), self.look_of(self._look))
+        except ReflectError as error:
+            self.message = str(error)
+            return False
+        self.walks += 1
+        return True
+
+    def current_renderer(self) -> Renderer | None:
+        """The renderer with everything uploaded that refresh brought; None before the first refresh or when off."""
+        if not self.method or self.message:
+            return None
+        if self._pending is not None:
+            snapshot, look = self._pending
+            settings = (id(self.kernel), self.attenuation)
+            if self._renderer is None or settings != self._settings:
+                self._renderer = Renderer(snapshot, self.assets, look, self.attenuation, self.kernel)
+                self._settings = settings
+            else:
+                self._renderer.update(snapshot, self.assets)
+                if look is not self._look:
+                    self._renderer.set_look(look)
+            self._look, self._pending = look, None
+            self._renderer.prepare(overlay=True)
+        return self._renderer
+
+    def free(self):
+        """Let go of the GPU's memory; the next refresh starts anew."""
+        if self._renderer is not None:
+            self._renderer.free()
+        self._renderer, self._pending, self.dirty = None, None, True
+
+
+_sessions: dict[str, ViewportSession] = {}  # scene name -> session
+_retired: list[ViewportSession] = []
+
+
+def session(scene_name: str) -> ViewportSession | None:
+    return _sessions.get(scene_name)
+
+
+def set_session(scene_name: str, wanted: ViewportSession | None):
+    """Start, replace or (None) end a scene's session. The old one's memory goes with the next draw."""
+    old = _sessions.pop(scene_name, None)
+    if old is not None and old is not wanted:
+        _retired.append(old)
+    if wanted is not None:
+        _sessions[scene_name] = wanted
+
+
+def sessions() -> tuple[ViewportSession, ...]:
+    return tuple(_sessions.values())
+
+
+def retire_all():
+    """End every session without touching the GPU (from an app handler); free_retired does that later."""
+    _retired.extend(_sessions.values())
+    _sessions.clear()
+
+
+def free_retired():
+    """Free what was retired. Only where drawing is allowed."""
+    while _retired:
+        _retired.pop().free()
+
+
+def end_all():
+    """End and free every session."""
+    retire_all()
+    free_retired()
