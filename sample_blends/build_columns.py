@@ -6,6 +6,7 @@ columns, and stays so while the sphere moves (frames 1 to 60); `environment` swi
 
 import math
 
+import bpy
 import numpy as np
 
 from sample_blends import scene_parts as parts
@@ -81,6 +82,7 @@ def build():
     for frame, place in ((1, (-0.7, -0.2, 0.62)), (20, (-0.05, 0.35, 0.75)), (40, (0.75, 0.05, 0.62)), (60, (0.35, -0.6, 0.9))):
         ball.location = place
         ball.keyframe_insert("location", frame=frame)
+    bpy.context.scene.frame_set(1)
     for name, x in (("Lamp left", -1.5), ("Lamp right", 1.5)):
         parts.lamp(name, (x, -0.4, 2.9), (x, -0.4, 0), 75, 0.8, (1.0, 0.94, 0.85))
     parts.camera((0.4, -2.38, 1.6), (-0.05, 0.3, 0.85), lens=19)

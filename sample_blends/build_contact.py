@@ -30,7 +30,7 @@ def build():
     parts.box("Ground", (8, 8, 0.1), (0, 0, -0.05), parts.checker("Ground", (0.7, 0.66, 0.6), (0.35, 0.3, 0.28), 0.5))
     suzanne("Suzanne mirror", parts.mirror(), location=(-0.55, 0.25, 0.93), rotation=(math.radians(-8), 0, math.radians(22)),
             scale=(1, 1, 1))
-    suzanne("Suzanne matt", parts.material("Terracotta", (0.75, 0.26, 0.12)), location=(0.72, -0.42, 0.62),
+    suzanne("Suzanne matt", parts.material("Terracotta", (0.75, 0.26, 0.12)), location=(0.5, -0.36, 0.66),
             rotation=(math.radians(-20), 0, math.radians(-28)), scale=(0.62, 0.62, 0.62))
     parts.sphere("Ball touching", 0.25, parts.material("Green", (0.15, 0.5, 0.2)), 48, location=(-1.45, -0.55, 0.25))
     parts.box("Wall", (8, 0.1, 3), (0, 3.0, 1.5), parts.checker("Wall", (0.3, 0.42, 0.5), (0.5, 0.6, 0.62), 0.75))

@@ -29,7 +29,6 @@ def prepare(scene, name, frames=(1, 1)):
     scene.frame_start, scene.frame_end = frames
     scene.frame_set(frames[0])
     world = bpy.data.worlds.new(name)
-    world.use_nodes = True
     scene.world = world
     set_world(scene, (0.0, 0.0, 0.0))
     return scene
@@ -63,7 +62,6 @@ def _node(tree, kind):
 def material(name, colour=(0.8, 0.8, 0.8), roughness=0.9, metallic=0.0, specular=0.0, emission=0.0, **inputs):
     """A Principled material. Matt unless told otherwise; `inputs` are further sockets by name, blanks as underscores."""
     made = bpy.data.materials.new(name)
-    made.use_nodes = True
     made.diffuse_color = (*colour, 1.0)
     shader = _node(made.node_tree, "BSDF_PRINCIPLED")
     values = {"Base Color": (*colour, 1.0), "Roughness": roughness, "Metallic": metallic, "Specular IOR Level": specular}

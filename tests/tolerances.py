@@ -5,6 +5,10 @@ HIT_POINT_OF_DIAGONAL = 1e-5
 # NumPy against GLSL and nodes: float32 with other operation orders, half-float images identical on both sides.
 KERNEL_RADIANCE_RELATIVE = 1e-3
 KERNEL_DISTANCE_RELATIVE = 1e-4
+# sample_blends/teapot_data.py, in Newell's units: the smallest triangle sits at the lid's tip; a collapsed one has 0.
+TEAPOT_TRIANGLE_AREA = 1e-4
+# ... and the other model is a triangle mesh of the same patches whose vertices lie off our triangles by our chords' sag.
+TEAPOT_DISTANCE = 0.01
 # Rays that pass within rounding of a triangle's edge or graze it: two tracers in float32 may call them differently.
 RAYS_ON_EDGES = 5e-4
 # Emission has no noise; what is left between an ordinary camera and our rays is the averaging of samples in float32.

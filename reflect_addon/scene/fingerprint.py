@@ -1,10 +1,12 @@
 """One number for everything an asset depends on: meshes, places, materials, lights, world, light bounces.
 
 Equal scenes give equal numbers in any session, whatever the order of the objects; the camera and what only the editor shows do not
-count. Images count by file, size and time of change, packed ones by their length; the frame counts only where an image follows it.
+count. Image files count by their content wherever they lie (a bake works on a copy of the .blend in another folder), packed ones by their
+length; the frame counts only where an image follows it.
 """
 
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 
 import bpy
@@ -63,13 +65,15 @@ class Fingerprint:
         """The world, what of the render settings changes light, and the frame where an image follows it."""
         world = view_layer.world_override or scene.world
         if world is not None:
-            seen = [getattr(world.cycles_visibility, kind) for kind in ("diffuse", "glossy", "transmission", "scatter")]
+            visibility = getattr(world, "cycles_visibility", None)
+            seen = [getattr(visibility, kind, None) for kind in ("diffuse", "glossy", "transmission", "scatter")]
             self._parts.append(f"world {world.color[:]} {seen} {self._tree(world.node_tree)}")
         override = view_layer.material_override
         self._parts.append(f"override {override.name_full if override else ''}")
         self.material(override)
         # From the original: render settings alone do not make the depsgraph copy the scene again.
-        self._parts.append(f"light transport {[getattr(scene.original.cycles, name) for name in LIGHT_TRANSPORT]}")
+        cycles = getattr(scene.original, "cycles", None)  # None while the Cycles add-on is off
+        self._parts.append(f"light transport {[getattr(cycles, name, None) for name in LIGHT_TRANSPORT]}")
         self._parts.append(f"space {bpy.data.colorspace.working_space}")
         if self._follows_frame:
             self._parts.append(f"frame {scene.frame_current}")
@@ -115,13 +119,27 @@ class Fingerprint:
 
     def _image(self, image) -> str:
         self._follows_frame |= image.source in {"SEQUENCE", "MOVIE"}
-        packed = image.packed_file.size if image.packed_file else 0
-        changed = 0
-        path = Path(bpy.path.abspath(image.filepath, library=image.library)) if image.filepath else None
-        if path and not packed and path.is_file():
-            changed = (path.stat().st_mtime_ns, path.stat().st_size)
-        colors = (image.colorspace_settings.name, image.alpha_mode, image.generated_type, tuple(image.generated_color))
-        return f"{image.name_full} {image.filepath} {tuple(image.size)} {packed} {changed} {colors}"
+        colors = (image.colorspace_settings.name, image.alpha_mode)
+        if image.packed_file:
+            return f"packed {image.packed_file.size} {colors}"
+        if image.filepath:
+            return f"file {_file_digest(Path(bpy.path.abspath(image.filepath, library=image.library)))} {colors}"
+        return f"generated {tuple(image.size)} {image.generated_type} {tuple(image.generated_color)} {colors}"
+
+
+def _file_digest(path: Path) -> str:
+    """sha256 of a file's content; 'missing' where there is none. A sequence counts by its first file."""
+    try:
+        status = path.stat()
+    except OSError:
+        return "missing"
+    return _content_digest(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=1024)
+def _content_digest(path: Path, changed: int, size: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _plain(value) -> str:

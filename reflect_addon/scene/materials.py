@@ -87,11 +87,13 @@ def _principled(node, path, weight, reducer):
         return reducer.value(node.inputs[name], path)
 
     weight *= _unit(value("Alpha"))
+    metallic = _unit(value("Metallic"))
     base = Lobe(
         weight,
         _unit(value("Roughness")),
-        _unit(value("Metallic")),
-        value("Base Color"),
+        metallic,
+        # A dielectric mirrors in white: its colour, often a large texture, is not read.
+        value("Base Color") if metallic > 0 else Lobe.base_color,
         value("Specular Tint"),
         _with_level(value("IOR"), value("Specular IOR Level")),
     )

@@ -31,8 +31,12 @@ def ray_scene(
 
     Everything is as before afterwards, also when the body raises. Raises ReflectError where Cycles or OSL is missing.
     """
+    if not hasattr(scene, "cycles"):
+        raise ReflectError("The Cycles add-on is switched off.", "Switch on 'Cycles Render Engine' in the preferences.")
     shader = compile_camera(folder)
     objects = sorted(bpy.data.objects, key=lambda o: o.name_full)
+    if unknown := hide - {o.name for o in objects}:
+        raise ValueError(f"objects to hide that do not exist: {sorted(unknown)}")
     with ExitStack() as stack:
         stack.callback(_remove_new_images, {image.session_uid for image in bpy.data.images})
         temporary = scene.copy()

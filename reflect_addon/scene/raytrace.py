@@ -11,6 +11,7 @@ the user's. A surface counts as hit from 0.1 % opacity on. From the 32,767th obj
 """
 
 import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,6 +35,7 @@ Progress = Callable[[float, str], object]
 PATHS_PER_RENDER = 1 << 19
 FEWEST_RAYS = 256  # per render, however many samples: below this the start of a render costs more than its rays
 COLUMNS = 1024  # of the ray image
+ROOM = 1 << 28  # bytes that a RAM disk must have free to be used
 LEAST_SIDE = 4  # px, of a picture that Blender renders
 SEED_STEP = 7919  # between the caller's seeds: parts of one bundle count up from there and must not share their noise
 
@@ -65,7 +67,7 @@ def trace(
     hide: names of objects that the rays pass through; they still cast shadows and light. samples: paths per ray.
     as_reflection: see what a mirror would see (objects, lamps and world by their glossy visibility, no holdouts);
     otherwise what a camera would. Positions are float32 world coordinates: 1e-7 of the distance to the world's origin.
-    Raises ValueError for rays that are not finite or have no direction, Cancelled when progress returns False,
+    Raises ValueError for rays that are not finite or have no direction and for unknown names, Cancelled when progress returns False,
     ReflectError when Cycles, OSL or OpenImageIO is missing or the disk is full. The file is as before in every case.
     """
     channels, names = _render(rays, frozenset(hide), samples, seed, scene, as_reflection, progress, ())
@@ -98,8 +100,9 @@ def primary(
 
 
 def memory_folder() -> str | None:
-    """A RAM disk where there is one, else None: a render's rays and results are some 60 MB."""
-    return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    """A RAM disk with room, else None: a render's rays and results are some 60 MB, and containers give as much."""
+    ram = "/dev/shm"
+    return ram if os.access(ram, os.W_OK) and shutil.disk_usage(ram).free > ROOM else None
 
 
 def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
@@ -155,7 +158,8 @@ def _render_part(scene, folder: Path, part: int, origin: np.ndarray, direction: 
 def _hits(rays: Rays, channels: dict[str, np.ndarray], names: tuple[str, ...]) -> Hits:
     index = np.rint(channels["Object Index"][:, 0]).astype(np.int32) - 1
     hit = index >= 0
-    far = np.asarray(rays.origin, np.float64) + FAR * np.asarray(rays.direction, np.float64)
+    direction = np.asarray(rays.direction, np.float64)
+    far = np.asarray(rays.origin, np.float64) + FAR * direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     length = np.linalg.norm(channels["Normal"], axis=-1, keepdims=True)
     normal = np.where(hit[:, None] & (length > 0), channels["Normal"] / np.maximum(length, 1e-30), 0)
     return Hits(

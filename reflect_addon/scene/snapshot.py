@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 
 import bpy
 import numpy as np
@@ -85,6 +86,7 @@ class _Reader:
         self.materials: list[Material] = []
         self.instances: list[Instance] = []
         self.warnings: list[str] = []
+        self._boxes: list[np.ndarray] = []  # (8, 3) float64 corners of each mesh's bounding box, object space
         self._mesh_index: dict[tuple[int, bool], int | None] = {}
         self._material_index: dict[str | None, int] = {}
         self._duplis: Counter[str] = Counter()
@@ -111,9 +113,7 @@ class _Reader:
         index = self._mesh(obj, name, mirrored=determinant < 0)
         if index is None:
             return
-        with np.errstate(over="ignore", invalid="ignore"):
-            reach = np.abs(self.meshes[index].positions @ matrix[:3, :3].T + matrix[:3, 3]).max()
-        if not reach < FAR:
+        if not np.abs(self._boxes[index] @ matrix[:3, :3].T + matrix[:3, 3]).max() < FAR:
             return self._warn(name, f"it reaches beyond {FAR:.0e} m")
         slots = tuple(self._material(slot.material) for slot in obj.material_slots) or (self._material(None),)
         mark = mark_of(original)
@@ -141,6 +141,8 @@ class _Reader:
             if len(mesh.triangles):
                 self._mesh_index[key] = len(self.meshes)
                 self.meshes.append(mesh)
+                low, high = mesh.positions.min(0), mesh.positions.max(0)
+                self._boxes.append(np.array(list(product(*zip(low, high))), np.float64))
                 self.fingerprint.mesh(mesh)
             else:
                 self._mesh_index[key] = None

@@ -1,6 +1,7 @@
 """Where a shader socket's value comes from: through groups, reroutes and muted nodes, reduced to one constant."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -64,11 +65,26 @@ class Reducer:
         return _fitting(np.array(value, float).ravel()[:3] if hasattr(value, "__len__") else np.array([value]), socket)
 
 
+# Means of images that were read before: snapshots are taken after every edit, and a large texture takes a second.
+_MEANS: dict[tuple, np.ndarray] = {}
+
+
 def image_mean(image: bpy.types.Image) -> np.ndarray | None:
     """Mean linear (r, g, b, a) of an image, None when it has no pixels (missing file)."""
-    width, height = image.size
-    if width * height == 0:
+    if image.size[0] * image.size[1] == 0:
         return None
+    if image.is_dirty or not image.filepath:  # painted or generated: may differ the next time
+        return _read_mean(image)
+    path = Path(bpy.path.abspath(image.filepath, library=image.library))
+    changed = path.stat().st_mtime_ns if path.is_file() else 0
+    key = (image.original.session_uid, path, changed, tuple(image.size), image.colorspace_settings.name)
+    if key not in _MEANS:
+        _MEANS[key] = _read_mean(image)
+    return _MEANS[key]
+
+
+def _read_mean(image: bpy.types.Image) -> np.ndarray:
+    width, height = image.size
     pixels = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(pixels)
     pixels = pixels.reshape(-1, image.channels)

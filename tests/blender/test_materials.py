@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from reflect_addon.scene.materials import MAX_ROUGHNESS, reflect_material
+from reflect_addon.scene.snapshot import take_snapshot
 
 
 class Tree:
@@ -155,6 +156,27 @@ def test_textures_become_their_mean_and_say_so(tree):
     texture.image = None
     m = tree.read(surface)
     assert m.roughness == pytest.approx(0.5) and "unlinked value" in m.simplified[0]
+
+
+def test_textures_in_files_are_read_through_the_depsgraph(tree, tmp_path):
+    """As a snapshot does: from evaluated materials, twice, the second time from memory."""
+    image = bpy.data.images.new("Saved", 8, 8)
+    image.pixels = np.tile(np.float32([0.2, 0.2, 0.2, 1]), 64)
+    image.filepath_raw, image.file_format = str(tmp_path / "saved.png"), "PNG"
+    image.save()
+    loaded = bpy.data.images.load(str(tmp_path / "saved.png"))
+    loaded.colorspace_settings.name = "Non-Color"
+    surface = principled(tree, Metallic=1)
+    texture = tree.node("ShaderNodeTexImage")
+    texture.image = loaded
+    tree.link(texture, surface.inputs["Roughness"])
+    tree.read(surface)
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(tree.material)
+    for _ in range(2):
+        snap = take_snapshot(bpy.context.evaluated_depsgraph_get())
+        assert snap.materials[0].roughness == pytest.approx(0.2, abs=3e-3)
+        assert snap.instances[0].is_reflector
 
 
 def test_empty_slots_and_empty_trees_are_dull(fresh_file):

@@ -101,6 +101,14 @@ def test_misses_end_far_out_on_their_ray(fresh_file):
     np.testing.assert_allclose(hits.position, FAR * direction, rtol=1e-6, atol=FAR * 1e-6)
 
 
+def test_rays_that_start_micrometres_from_a_surface_see_it(fresh_file):
+    add_mesh("Floor", [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
+    origin = np.float32([[0.1, 0.2, 3e-6], [0.1, 0.2, 1e-3], [0.1, 0.2, -3e-6]])
+    hits = trace(Rays(origin, np.float32([[0, 0, -1], [0, 0, -1], [0, 0, 1]])))
+    assert hits.hit.all()
+    np.testing.assert_allclose(hits.position, np.tile([0.1, 0.2, 0], (3, 1)), atol=1e-7)
+
+
 def test_no_rays_give_no_hits(fresh_file):
     hits = trace(Rays(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32)))
     assert hits.radiance.shape == (0, 3)

@@ -114,6 +114,25 @@ def test_collection_instances_are_named_after_their_original(busy_file):
     assert hits.object_names[hits.object[0]] == "Piece"
 
 
+def test_hiding_what_does_not_exist_is_an_error(fresh_file):
+    with pytest.raises(ValueError, match="Nobody"):
+        trace(RAYS, hide=("Nobody",))
+
+
+def test_objects_of_a_linked_library_are_traced_and_restored(fresh_file, tmp_path):
+    floor = add_mesh("Floor", [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [(0, 1, 2, 3)])
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {floor})
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.objects = ["Floor"]
+    bpy.context.scene.collection.objects.link(bpy.data.objects["Floor"])
+    before = dump()
+    hits = trace(RAYS)
+    assert {hits.object_names[i] for i in hits.object} == {"Floor"}
+    assert not trace(RAYS, hide=("Floor",)).hit.any()
+    assert dump() == before
+
+
 def test_a_blender_without_osl_says_what_to_do(fresh_file, monkeypatch):
     class Options:
         cycles_osl = False

@@ -218,6 +218,36 @@ def test_the_hash_outlives_saving_and_loading(fresh_file, rng, tmp_path):
     assert snapshot().geometry_hash == before
 
 
+def test_the_hash_follows_images_content_not_their_place(fresh_file, rng, tmp_path):
+    """A bake works on a copy of the file in another folder, to which Blender rewrites relative paths."""
+    _build(rng)
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+    file = tmp_path / "a" / "sky.hdr"
+
+    def paint(value):
+        image = bpy.data.images.new("Paint", 4, 4, float_buffer=True)
+        image.pixels = np.full(64, value, np.float32)
+        image.filepath_raw, image.file_format = str(file), "HDR"
+        image.save()
+        bpy.data.images.remove(image)
+
+    paint(0.5)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a" / "a.blend"))
+    tree = bpy.data.worlds["World"].node_tree
+    sky = tree.nodes.new("ShaderNodeTexEnvironment")
+    sky.image = bpy.data.images.load("//sky.hdr")
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs[0])
+    here = snapshot().geometry_hash
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "b" / "copy.blend"), copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "b" / "copy.blend"))
+    assert bpy.data.images["sky.hdr"].filepath != "//sky.hdr"
+    assert snapshot().geometry_hash == here
+    paint(0.75)
+    bpy.context.view_layer.update()
+    assert snapshot().geometry_hash != here
+
+
 def test_impossible_geometry_is_left_out_with_a_warning(fresh_file, rng):
     add_mesh("Nan", [(0, 0, 0), (1, 0, 0), (np.nan, 1, 0), (0, 0, 5)], [(0, 1, 2), (0, 1, 3)])
     add_mesh("Line", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)])

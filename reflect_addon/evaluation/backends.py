@@ -1,0 +1,129 @@
+"""The two ways to answer a ray map, with one face: GPU (what users see) and NumPy (the reference, any machine)."""
+
+import platform
+from time import perf_counter
+
+import numpy as np
+
+from ..core import methods as registry
+from ..core.asset import Asset
+from ..core.camera import Camera
+from ..core.kernel import Counts, record, run_numpy
+from ..core.look import Look
+from ..core.rays import Answer, RayMap, Rays
+from ..core.snapshot import SceneSnapshot
+from .raymap_numpy import numpy_ray_map
+
+TIMED = {"repeats": 3, "frames": 2}
+
+
+class _Backend:
+    notes: tuple[str, ...] = ()
+
+    def __init__(self, snapshot: SceneSnapshot, assets: dict[str, Asset], look: Look, camera: Camera, ray_map: RayMap):
+        self.snapshot, self.assets, self.look, self.camera, self.ray_map = snapshot, assets, look, camera, ray_map
+
+    def answer(self) -> Answer:
+        """For the covered pixels in row order, single rays without footprint; zeros where no asset answers."""
+        mask = self.ray_map.covered()
+        owner, rays = self.ray_map.reflector[mask], self.ray_map.rays()
+        count = len(rays)
+        out = Answer(*(np.zeros(s, np.float32) for s in ((count, 3), (count,), (count, 3), (count,))))
+        for index, instance in enumerate(self.snapshot.reflectors()):
+            asset = self.assets.get(instance.object_name, self.assets.get(""))
+            chosen = owner == index
+            if asset is None or not chosen.any():
+                continue
+            part = self._run(asset, Rays(rays.origin[chosen], rays.direction[chosen]))
+            for name in ("radiance", "coverage", "position", "status"):
+                getattr(out, name)[chosen] = getattr(part, name)
+        return out
+
+
+class NumpyBackend(_Backend):
+    """Kernels in NumPy. Its milliseconds are those of the kernels alone, on the CPU."""
+
+    backend = "NUMPY"
+    notes = ("Milliseconds are those of the NumPy kernels on the CPU: only ratios say something.",)
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self.device = f"CPU {platform.machine()}, NumPy {np.__version__}"
+        self._work = Counts()
+        self._programs = {}
+
+    @staticmethod
+    def ray_map(snapshot: SceneSnapshot, camera: Camera) -> RayMap:
+        return numpy_ray_map(snapshot, camera)
+
+    def _run(self, asset: Asset, rays: Rays) -> Answer:
+        if id(asset) not in self._programs:
+            self._programs[id(asset)] = record(registry.get(asset.kind).trace, asset)
+        return run_numpy(self._programs[id(asset)], asset, rays, counts=self._work)
+
+    def cost(self) -> dict:
+        work = {"fetches_per_ray": self._work.fetches_per_ray, "steps_per_ray": self._work.steps_per_ray}
+        times = []
+        for _ in range(3):
+            start = perf_counter()
+            self.answer()
+            times.append((perf_counter() - start) * 1e3)
+        low, high = np.percentile(times, [25, 75])
+        return {"ms": float(np.median(times)), "ms_spread": float(high - low) / 2, "counts": work}
+
+    def composite(self, truth) -> None:
+        return None
+
+
+class GpuBackend(_Backend):
+    """Kernels as the viewport runs them, through Blender's gpu module."""
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        from ..gpu.device import describe
+        from ..gpu.renderer import Renderer
+
+        found = describe()
+        self.backend = found["backend"]
+        self.device = f"{found['renderer']} ({found['device']})"
+        self._renderer = Renderer(self.snapshot, self.assets, look=self.look)
+        start = perf_counter()
+        self._renderer.prepare()
+        self._upload_ms = (perf_counter() - start) * 1e3
+
+    @staticmethod
+    def ray_map(snapshot: SceneSnapshot, camera: Camera) -> RayMap:
+        from ..gpu.renderer import Renderer
+
+        renderer = Renderer(snapshot, {})
+        ray_map = renderer.ray_map(camera)
+        renderer.free()
+        return ray_map
+
+    def _run(self, asset: Asset, rays: Rays) -> Answer:
+        from ..gpu.fill import trace_rays
+
+        return trace_rays(asset, registry.get(asset.kind).trace, rays, 0.0, 0.0, half=True)
+
+    def cost(self) -> dict:
+        time = self._renderer.time(self.camera, **TIMED)
+        before = self._renderer.counts()
+        self._renderer.picture(self.camera)
+        counts = {k: v - before[k] for k, v in self._renderer.counts().items()}
+        work = Counts()
+        rays = self.ray_map.rays()
+        step = max(len(rays) // 4096, 1)  # counts of a sample of the rays, in NumPy: the same kernel, the same work
+        owner = self.ray_map.reflector[self.ray_map.covered()][::step]
+        for index, instance in enumerate(self.snapshot.reflectors()):
+            asset = self.assets.get(instance.object_name, self.assets.get(""))
+            chosen = owner == index
+            if asset is not None and chosen.any():
+                some = Rays(rays.origin[::step][chosen], rays.direction[::step][chosen])
+                run_numpy(record(registry.get(asset.kind).trace, asset), asset, some, counts=work)
+        counts |= {"fetches_per_ray": work.fetches_per_ray, "steps_per_ray": work.steps_per_ray}
+        return {"ms": time.ms, "ms_spread": time.spread, "upload_ms": self._upload_ms, "counts": counts}
+
+    def composite(self, truth) -> np.ndarray:
+        """(H, W, 3) display-encoded: the frame as the viewport draws it, over Cycles' frame without its mirror part."""
+        background = np.where(self.ray_map.covered()[..., None], truth.frame - truth.frame_glossy, truth.frame)
+        return self._renderer.picture(self.camera, np.maximum(background, 0.0), "display")[..., :3]
