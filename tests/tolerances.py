@@ -29,6 +29,7 @@ LOOK_TABLE = (1.3e-2, 4e-4)
 RAY_MAP = 1e-5
 # A sphere of 256 x 128 facets lies this far inside the true one: (half an edge)^2 / 2, seen at up to 77 degrees.
 SPHERE_FACETS = 8e-4
-# core/shading.py against a 32-sample Cycles render: noise where it picks between two lobes at random.
-REFLECTANCE_MEAN = 1e-2
-REFLECTANCE_RING = 1e-2
+# core/shading.py against a 32-sample Cycles render, over the whole sphere and per ring of cosines (0.14 and up): what is
+# left is facets at grazing angles and the noise of picking between two lobes.
+REFLECTANCE_MEAN = 5e-4
+REFLECTANCE_RING = 2e-3
