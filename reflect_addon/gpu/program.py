@@ -179,7 +179,7 @@ def _compile(info: ProgramInfo, vertex: str, fragment: str):
 
 
 def call_text(kernel, arguments: dict[str, str], prefix: str = "") -> str:
-    """Statements that call an emitted kernel: arguments give its inputs as GLSL, its outputs become variables prefix + name."""
+    """Statements that call an emitted kernel: arguments are its inputs as GLSL, outputs become variables prefix + name."""
     results = [f"  {kind} {prefix}{name};\n" for name, kind in kernel.outputs.items()]
     values = [arguments[name] for name in kernel.inputs] + [prefix + name for name in kernel.outputs]
     return "".join(results) + f"  {kernel.function}({', '.join(values)});\n"

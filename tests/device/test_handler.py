@@ -176,7 +176,7 @@ def test_scene_changes_mark_dirty(fresh_file):
 
 
 def test_over_a_real_viewport(device, fresh_file):
-    """Solid shading of a sphere with a box before it, then our draw: all of the sphere that is seen, nothing of the box."""
+    """Solid shading of a sphere behind a box, then our draw: all of the sphere that is seen, nothing of the box."""
     from mathutils import Matrix
 
     from reflect_addon.core.look import Look
