@@ -32,11 +32,11 @@ def steps() -> Iterator[tuple[Callable[[], None], Callable[[], None]]]:
         yield lambda cls=cls: bpy.utils.register_class(cls), lambda cls=cls: bpy.utils.unregister_class(cls)
     yield _add_scene_settings, _remove_scene_settings
     yield _Command().register, _Command.unregister
-    yield handlers.register, handlers.unregister
     if not bpy.app.background:
-        from .ui import viewport
+        from .ui import viewport  # imports Blender's gpu module, which the background must not need
 
         yield viewport.register, viewport.unregister
+    yield handlers.register, handlers.unregister
     yield _look_soon, _stop
 
 

@@ -25,3 +25,13 @@ KERNEL_BRINK_SHARE = 2e-3
 # one saturated colour in a thousand; 99 % are within 0.003.
 LOOK_STANDARD = (2e-5, 3e-6)
 LOOK_TABLE = (1.3e-2, 4e-4)
+# gpu/raymap.py: float32 interpolation of positions and normals by the rasteriser.
+RAY_MAP = 1e-5
+# A sphere of 256 x 128 facets lies this far inside the true one: (half an edge)^2 / 2, seen at up to 77 degrees.
+SPHERE_FACETS = 8e-4
+# core/shading.py against a 32-sample Cycles render, over the whole sphere and per ring of cosines (0.14 and up): what is
+# left is facets at grazing angles and the noise of picking between two lobes.
+REFLECTANCE_MEAN = 5e-4
+REFLECTANCE_RING = 2e-3
+# The look's table on the GPU: half-float entries (5e-4) and the sampler's 8-bit weights between two of them.
+LOOK_GPU = 3e-3

@@ -24,6 +24,8 @@ LARGE_PART = 0.02
 SAME_NORMAL = 0.01
 # ... and more planes than this mean that the mesh is round, not built of walls.
 MOST_PARTS = 64
+# Flat parts that together hold this share of the surface stand for the whole object: a slab without its narrow rims.
+MOSTLY_FLAT = 0.9
 FIELD_OF_VIEW = np.radians(10.0)
 # Half extents below this share of the larger one are widened to it: a needle needs a quad with an area.
 NEEDLE = 1e-4
@@ -93,13 +95,25 @@ def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bo
     parts = _planes(corners, cross, area)
     if not parts or len(parts) > MOST_PARTS:
         return [], False
+    sides = _visible_sides(triangles, corners)
     quads = []
     for part in parts:
         normal = (cross[part] / np.linalg.norm(cross[part], axis=-1, keepdims=True)).mean(0)
-        for side in (1.0, -1.0):
+        for side in sides:
             axes = _frame(corners[part].reshape(-1, 3), side * normal / np.linalg.norm(normal))
             quads.append(_flat_quad(instance, corners[part].reshape(-1, 3), axes, 1, 0.0))
-    return quads, sum(area[p].sum() for p in parts) > 0.999 * area.sum()
+    return quads, sum(area[p].sum() for p in parts) >= MOSTLY_FLAT * area.sum()
+
+
+def _visible_sides(triangles: np.ndarray, corners: np.ndarray) -> tuple[float, ...]:
+    """The sides of its triangles that a mesh can be seen from: both, or of a closed mesh only the outer one."""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    if not np.all(uses == 2):
+        return (1.0, -1.0)
+    centered = corners - corners.reshape(-1, 3).mean(0)
+    volume = np.einsum("ij,ij->i", centered[:, 0], np.cross(centered[:, 1], centered[:, 2])).sum()
+    return (1.0,) if volume > 0 else (-1.0,)
 
 
 def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np.ndarray]:

@@ -30,8 +30,9 @@ def viewport_camera(region, region_data) -> Camera:
 
 
 def draw(context):
-    """Draw the scene's reflections into the bound framebuffer. context: anything with scene.name, region (width, height)
-    and region_data (view_matrix, window_matrix). The first failure is kept as the session's message and ends its drawing.
+    """Draw the scene's reflections into the bound framebuffer. context: anything with scene.name, region (width,
+    height) and region_data (view_matrix, window_matrix). The first failure becomes the session's message and ends its
+    drawing.
     """
     viewport_session.free_retired()
     found = viewport_session.session(context.scene.name)
@@ -46,8 +47,16 @@ def draw(context):
         traceback.print_exc()
 
 
+def has_surfaces(space) -> bool:
+    """Whether this 3D view shows surfaces and has their depth: not wireframe, and EEVEE writes it only with overlays."""
+    if space.shading.type == "WIREFRAME":
+        return False
+    return space.shading.type == "SOLID" or space.overlay.show_overlays
+
+
 def _on_draw():
-    draw(bpy.context)
+    if has_surfaces(bpy.context.space_data):
+        draw(bpy.context)
 
 
 def _refresh():

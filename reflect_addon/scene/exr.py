@@ -26,7 +26,7 @@ def bundled(name: str):
 
 
 def write_exr(path: Path, channels: np.ndarray) -> None:
-    """Writes (H, W, C) float32 as an uncompressed EXR. Raises ReflectError naming the file (disk full, no permission)."""
+    """Writes (H, W, C) float32 as an uncompressed EXR. Raises ReflectError naming the file (disk full)."""
     oiio = bundled("OpenImageIO")
     height, width, count = channels.shape
     spec = oiio.ImageSpec(width, height, count, "float")

@@ -1,7 +1,7 @@
 """One number for everything an asset depends on: meshes, places, materials, lights, world, light bounces.
 
-Equal scenes give equal numbers in any session, whatever the order of the objects; the camera and what only the editor shows do not
-count. Image files count by their content wherever they lie (a bake works on a copy of the .blend in another folder), packed ones by their
+Equal scenes give equal numbers in any session; the camera and what only the editor shows do not count. Image files
+count by their content wherever they lie (a bake works on a copy of the .blend in another folder), packed ones by their
 length; the frame counts only where an image follows it.
 """
 
@@ -14,18 +14,19 @@ import numpy as np
 
 # Of nodes and lights: where they lie in the editor, and what Blender works out or counts by itself.
 EDITOR_ONLY = {
-    "rna_type", "name", "name_full", "label", "location", "location_absolute", "width", "height", "dimensions", "select",
-    "show_options", "show_preview", "show_texture", "hide", "color", "use_custom_color", "color_tag", "parent",
-    "internal_links", "inputs", "outputs", "node_tree", "session_uid", "users", "tag", "original", "is_evaluated", "preview",
-    "animation_data", "use_fake_user", "use_extra_user", "bl_idname", "bl_label", "bl_description", "bl_icon",
-    "bl_static_type", "bl_width_default", "bl_width_min", "bl_width_max", "bl_height_default", "bl_height_min",
-    "bl_height_max", "warning_propagation", "use_nodes", "library", "library_weak_reference", "override_library", "asset_data",
-    "is_embedded_data", "is_linked_packed", "is_missing", "is_runtime_data", "is_editable", "is_library_indirect", "id_type",
+    "rna_type", "name", "name_full", "label", "location", "location_absolute", "width", "height", "dimensions",
+    "select", "show_options", "show_preview", "show_texture", "hide", "color", "use_custom_color", "color_tag",
+    "parent", "internal_links", "inputs", "outputs", "node_tree", "session_uid", "users", "tag", "original",
+    "is_evaluated", "preview", "animation_data", "use_fake_user", "use_extra_user", "bl_idname", "bl_label",
+    "bl_description", "bl_icon", "bl_static_type", "bl_width_default", "bl_width_min", "bl_width_max",
+    "bl_height_default", "bl_height_min", "bl_height_max", "warning_propagation", "use_nodes", "library",
+    "library_weak_reference", "override_library", "asset_data", "is_embedded_data", "is_linked_packed",
+    "is_missing", "is_runtime_data", "is_editable", "is_library_indirect", "id_type",
 }  # fmt: skip
 LIGHT_TRANSPORT = (
-    "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces", "transparent_max_bounces",
-    "caustics_reflective", "caustics_refractive", "blur_glossy", "sample_clamp_direct", "sample_clamp_indirect",
-    "use_fast_gi", "ao_bounces_render",
+    "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
+    "transparent_max_bounces", "caustics_reflective", "caustics_refractive", "blur_glossy",
+    "sample_clamp_direct", "sample_clamp_indirect", "use_fast_gi", "ao_bounces_render",
 )  # fmt: skip
 DEEPEST = 6  # nested structures below a node: ramps, curve mappings and their points
 
@@ -59,7 +60,8 @@ class Fingerprint:
 
     def light(self, obj, matrix: np.ndarray) -> None:
         values = self._struct(obj.data, 0)
-        self._parts.append(f"light {matrix.tobytes().hex()} {obj.visible_glossy} {values} {self._tree(obj.data.node_tree)}")
+        place = matrix.tobytes().hex()
+        self._parts.append(f"light {place} {obj.visible_glossy} {values} {self._tree(obj.data.node_tree)}")
 
     def world(self, scene, view_layer) -> None:
         """The world, what of the render settings changes light, and the frame where an image follows it."""

@@ -13,10 +13,11 @@ import bpy
 
 from ..core import methods
 from ..core.asset import Asset
-from ..core.asset_files import is_fresh, load_asset
+from ..core.asset_files import load_asset
 from ..core.asset_places import scene_folder
 from ..core.errors import ReflectError
 from ..core.snapshot import SceneSnapshot
+from .bake import is_stale
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
@@ -44,7 +45,7 @@ class Live:
         self.missing: tuple[str, ...] = ()  # reflectors without assets
         self.bake_error = ""
         self.read_error = ""
-        self.draw_error = ""
+        self.draw_error: Callable[[], str] = str  # why the viewport stopped drawing, "" while all is well
 
     def has_nothing_to_bake(self) -> bool:
         """Known to have no reflector; False while nothing is known."""
@@ -116,7 +117,7 @@ class Live:
             found = [self.asset(kind, reflector.name) for kind in methods.with_required([scene.reflect.method])]
             if None in found:
                 missing.append(reflector.name)
-            elif not all(is_fresh(asset, inputs_hash(scene, self, asset.kind)) for asset in found):
+            elif any(is_stale(self.snapshot, asset) for asset in found):
                 stale.append(reflector.name)
         self.stale, self.missing = tuple(stale), tuple(missing)
 
@@ -141,10 +142,6 @@ class Live:
     def asset(self, kind: str, reflector: str) -> Asset | None:
         """The asset for a reflector: its own, or the one of all reflectors."""
         return self.assets.get((kind, reflector)) or self.assets.get((kind, ""))
-
-
-def inputs_hash(scene, live, kind):
-    return live.snapshot.geometry_hash
 
 
 _scenes: dict[int, Live] = {}  # by session_uid, which undo keeps and a rename too

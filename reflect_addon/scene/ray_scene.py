@@ -143,10 +143,7 @@ def _visibility(objects: list[bpy.types.Object], hide: frozenset[str], as_reflec
         seen = o.visible_camera
         if as_reflection:
             seen = o.visible_glossy
-            if o.type == "LIGHT":
-                # Without multiple importance sampling no bounced ray ever meets the lamp itself.
-                seen = seen and o.data.cycles.use_multiple_importance_sampling
-            else:
+            if o.type != "LIGHT":
                 changes += [(o, "is_holdout", False), (o, "is_shadow_catcher", False)]
         changes.append((o, "visible_camera", seen and o.name not in hide))
     return changes

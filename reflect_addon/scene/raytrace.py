@@ -67,8 +67,9 @@ def trace(
     hide: names of objects that the rays pass through; they still cast shadows and light. samples: paths per ray.
     as_reflection: see what a mirror would see (objects, lamps and world by their glossy visibility, no holdouts);
     otherwise what a camera would. Positions are float32 world coordinates: 1e-7 of the distance to the world's origin.
-    Raises ValueError for rays that are not finite or have no direction and for unknown names, Cancelled when progress returns False,
-    ReflectError when Cycles, OSL or OpenImageIO is missing or the disk is full. The file is as before in every case.
+    Raises ValueError for rays that are not finite or have no direction and for unknown names, Cancelled when progress
+    returns False, ReflectError when Cycles, OSL or OpenImageIO is missing or the disk is full. The file is as before in
+    every case.
     """
     channels, names = _render(rays, frozenset(hide), samples, seed, scene, as_reflection, progress, ())
     return _hits(rays, channels, names)
@@ -100,7 +101,12 @@ def primary(
 
 
 def memory_folder() -> str | None:
-    """A RAM disk with room, else None: a render's rays and results are some 60 MB, and containers give as much."""
+    """Where a render's rays and results (some 60 MB) go: a RAM disk with room, else None, the system's place.
+
+    REFLECT_TEMP names another folder: who starts a bake as a process of its own can so remove what a kill -9 leaves.
+    """
+    if chosen := os.environ.get("REFLECT_TEMP"):
+        return chosen
     ram = "/dev/shm"
     return ram if os.access(ram, os.W_OK) and shutil.disk_usage(ram).free > ROOM else None
 

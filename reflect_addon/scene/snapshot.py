@@ -16,8 +16,8 @@ from .materials import reflect_material
 from .properties import mark_of
 from .restore import Change, attributes
 
-# Object types that can have faces. The depsgraph gives curves, texts, surfaces and metaballs a second time as meshes, and
-# only those are read; a metaball of a family has none of its own, so it is not missed.
+# Object types that can have faces. The depsgraph gives curves, texts, surfaces and metaballs a second time as meshes,
+# and only those are read; a metaball of a family has none of its own, so it is not missed.
 WITH_FACES = {"MESH", "CURVE", "SURFACE", "FONT"}
 # Smallest determinant, relative to the axes' lengths, of a transform that still has a volume.
 FLATTEST = 1e-12

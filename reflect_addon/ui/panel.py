@@ -24,7 +24,7 @@ class REFLECT_PT_main(_Tab, bpy.types.Panel):
         layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(scene.reflect, "method")
         _bake_row(layout, state)
-        for message in (state.bake_error, state.read_error, state.draw_error, *state.problems):
+        for message in (state.bake_error, state.read_error, state.draw_error(), *state.problems):
             if message:
                 _sentence(layout, context, message, "ERROR")
         if live.is_on(scene):

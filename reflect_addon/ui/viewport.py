@@ -1,59 +1,44 @@
-"""Hands what the window knows (scene/live.py) to what draws it (gpu/viewport.py). The gpu package is imported when the
-first scene has something to show, not before."""
+"""Hands what the window knows (scene/live.py) to what draws it (gpu/session.py, gpu/handler.py).
+
+Registered only where there is a window, and before scene/handlers.py: after a file was opened the drawing side forgets
+its scenes first, then the new ones are handed over.
+"""
 
 import bpy
 
-from ..core.look import Look
+from ..gpu import handler, session
 from ..scene import live
 from ..scene.look import read_look
 
-_looks: dict[int, Look] = {}  # by scene: reading one takes 0.3 s, and most changes leave it as it is
-_drawing = None  # gpu/viewport.py once it was needed
-
 
 def register() -> None:
+    handler.register()
     live.display = _display
 
 
 def unregister() -> None:
-    global _drawing
     live.display = None
-    _looks.clear()
-    if _drawing is not None:
-        _drawing.stop()
-        _drawing = None
-
-
-def counts(scene: bpy.types.Scene) -> dict[str, int]:
-    """Work that the viewports did for a scene: gpu/counts.py."""
-    return _drawing.counts(scene.session_uid) if _drawing else {}
+    handler.unregister()
 
 
 def _display(scene: bpy.types.Scene, state: live.Live) -> None:
-    uid = scene.session_uid
     joined = state.joined()
-    if not live.is_on(scene) or state.snapshot is None or not joined:
-        if _drawing is not None:
-            _drawing.withdraw(uid)
+    if not joined:
+        session.set_session(scene.name, None)
         return
-    drawing = _start()
-    _looks[uid] = read_look(scene, _looks.get(uid))
-    drawing.offer(uid, drawing.Offer(state.snapshot, joined, _looks[uid], scene.reflect.half_distance or None))
+    found = session.session(scene.name)
+    if found is None:
+        found = _new_session(scene)
+        session.set_session(scene.name, found)
+    found.attenuation = scene.reflect.half_distance or None
+    found.set_assets(state.method, joined)
+    found.refresh()
+    state.draw_error = lambda: found.message
 
 
-def _start():
-    global _drawing
-    if _drawing is None:
-        from ..gpu import viewport
-
-        viewport.start(_report)
-        _drawing = viewport
-    return _drawing
-
-
-def _report(uid: int, message: str) -> None:
-    """From the draw callback: remembered for the panel, which is drawn again later."""
-    state = live.of_uid(uid)
-    if state.draw_error != message:
-        state.draw_error = message
-        bpy.app.timers.register(live.redraw_panels, first_interval=0.0)
+def _new_session(scene: bpy.types.Scene) -> session.ViewportSession:
+    """It outlives undo, which replaces the scene's data: so it keeps names and numbers, no scene."""
+    uid, name = scene.session_uid, scene.name
+    return session.ViewportSession(
+        snapshot_of=lambda: live.of_uid(uid).snapshot, look_of=lambda last: read_look(bpy.data.scenes[name], last)
+    )

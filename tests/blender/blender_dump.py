@@ -8,7 +8,8 @@ the tag bits that scripts use as scratch.
 
 import bpy
 
-SKIPPED = {"rna_type", "session_uid", "tag", "original", "preview", "depsgraph", "use_nodes"}  # use_nodes: always true, and on its way out
+# use_nodes is always true, and reading it warns that it will go.
+SKIPPED = {"rna_type", "session_uid", "tag", "original", "preview", "depsgraph", "use_nodes"}
 WINDOWS = {"all_ids", "screens", "workspaces", "window_managers"}  # duplicates; what the person looks at
 
 
@@ -75,4 +76,6 @@ def _plain(value):
         return tuple(sorted((k, repr(v)) for k, v in value.to_dict().items()))
     if hasattr(value, "to_list"):
         return value.to_list()
-    return tuple(_plain(v) for v in value) if hasattr(value, "__len__") and not isinstance(value, (str, bytes)) else value
+    if hasattr(value, "__len__") and not isinstance(value, (str, bytes)):
+        return tuple(_plain(v) for v in value)
+    return value

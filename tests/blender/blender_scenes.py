@@ -59,7 +59,7 @@ def set_world(color, strength=1.0):
 
 
 def world_triangles():
-    """(T, 3, 3) float64 of the meshes of the scene, and (T,) object names: read by polygons, unlike scene/snapshot.py."""
+    """(T, 3, 3) float64 of the meshes of the scene, and (T,) object names: read polygon by polygon."""
     bpy.context.view_layer.update()
     triangles, names = [], []
     for obj in bpy.context.scene.objects:

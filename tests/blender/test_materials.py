@@ -41,7 +41,8 @@ def principled(tree, **values):
 
 
 def test_principled_metal(tree):
-    m = tree.read(principled(tree, Base_Color=(0.9, 0.5, 0.1, 1), Metallic=1, Roughness=0.2, Specular_Tint=(1, 0.5, 1, 1)))
+    colors = {"Base_Color": (0.9, 0.5, 0.1, 1), "Specular_Tint": (1, 0.5, 1, 1)}
+    m = tree.read(principled(tree, Metallic=1, Roughness=0.2, **colors))
     assert (m.metallic, m.roughness, m.is_reflector) == (1, pytest.approx(0.2), True)
     assert m.base_color == pytest.approx((0.9, 0.5, 0.1)) and m.specular_tint == pytest.approx((1, 0.5, 1))
     assert m.simplified == () and m.specular_weight == 1
@@ -70,7 +71,8 @@ def test_a_varnished_rough_floor_reflects_by_its_coat(tree):
 def test_glossy_metallic_and_glass(tree):
     m = tree.read(tree.node("ShaderNodeBsdfAnisotropic", Color=(0.5, 0.6, 0.7, 1), Roughness=0.1))
     assert (m.metallic, m.is_reflector) == (1, True) and m.base_color == pytest.approx((0.5, 0.6, 0.7))
-    m = tree.read(tree.node("ShaderNodeBsdfMetallic", Base_Color=(0.5, 0.6, 0.7, 1), Edge_Tint=(1, 0.9, 0.8, 1), Roughness=0))
+    colors = {"Base_Color": (0.5, 0.6, 0.7, 1), "Edge_Tint": (1, 0.9, 0.8, 1)}
+    m = tree.read(tree.node("ShaderNodeBsdfMetallic", Roughness=0, **colors))
     assert m.base_color == pytest.approx((0.5, 0.6, 0.7)) and m.specular_tint == pytest.approx((1, 0.9, 0.8))
     physical = tree.node("ShaderNodeBsdfMetallic")
     physical.fresnel_type = "PHYSICAL_CONDUCTOR"  # only then has the node these inputs

@@ -122,11 +122,12 @@ def test_a_bake_loads_what_it_made(ball, monkeypatch, tmp_path):
 
 
 def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
-    from reflect_addon.scene import live
+    from reflect_addon.scene.bake import inputs_hash
     from reflect_addon.scene.places import assets_of
 
-    state = live_state()
-    save_asset(environment(live.inputs_hash(bpy.context.scene, state, "environment")), assets_of(bpy.context.scene) / "environment-Ball")
+    snapshot = live_state().snapshot
+    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[0], {})
+    save_asset(environment(fresh), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
     assert (live_state().missing, live_state().stale) == ((), ())
     bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))

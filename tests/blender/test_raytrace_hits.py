@@ -48,7 +48,8 @@ def embree(triangles, origin, direction):
 
 
 def bvh_tree(triangles, origin, direction):
-    tree = BVHTree.FromPolygons(triangles.reshape(-1, 3).tolist(), np.arange(triangles.size // 3).reshape(-1, 3).tolist())
+    faces = np.arange(triangles.size // 3).reshape(-1, 3)
+    tree = BVHTree.FromPolygons(triangles.reshape(-1, 3).tolist(), faces.tolist())
     found = [tree.ray_cast(Vector(o), Vector(d)) for o, d in zip(origin, direction)]
     index = np.array([-1 if f[2] is None else f[2] for f in found])
     return np.array([np.inf if f[3] is None else f[3] for f in found]), index

@@ -102,6 +102,13 @@ def test_the_comparison_sees_a_single_changed_value(busy_file):
     assert dump() != live
 
 
+def test_temporary_files_go_where_the_parent_process_says(fresh_file, tmp_path, monkeypatch):
+    monkeypatch.setenv("REFLECT_TEMP", str(tmp_path))
+    seen = []
+    trace(RAYS, progress=lambda share, text: seen.append(len(list(tmp_path.iterdir()))))
+    assert seen == [1, 0] and not list(tmp_path.iterdir())
+
+
 def test_progress_counts_up_to_one(fresh_file, monkeypatch):
     monkeypatch.setattr(raytrace, "PATHS_PER_RENDER", 300)
     shares = []
