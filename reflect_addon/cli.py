@@ -23,7 +23,7 @@ EXAMPLE = "for example 240x180"
 def main(argv: list[str] | None = None) -> int:
     """Runs one verb and returns the exit status; wrong usage exits with 2 as argparse does."""
     arguments = parser().parse_args(sys.argv[1:] if argv is None else list(argv))
-    with _own_output():
+    with own_output():
         return _run(arguments)
 
 
@@ -108,7 +108,7 @@ def _view(verb, default_samples: int) -> None:
 
 
 def _settings(verb, samples: bool = True) -> None:
-    verb.add_argument("--resolution", type=_positive, metavar="N", help="of the baked images, texels")
+    verb.add_argument("--resolution", type=_resolution, metavar="N", help="of the baked images, texels")
     verb.add_argument("--set", type=_setting, action="append", default=[], metavar="NAME=VALUE", help="a method's setting")
     if samples:
         verb.add_argument("--samples", type=_positive, metavar="N", help="Cycles' paths per texel")
@@ -132,6 +132,13 @@ def _positive(text: str) -> int:
     return int(text)
 
 
+def _resolution(text: str) -> int:
+    value = _positive(text)
+    if value & (value - 1) or not 4 <= value <= 8192:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a power of two from 4 to 8192")
+    return value
+
+
 def _setting(text: str) -> tuple[str, object]:
     name, equals, value = text.partition("=")
     if not (name and equals):
@@ -150,7 +157,7 @@ def _picture(text: str) -> Path:
 
 
 @contextmanager
-def _own_output() -> Iterator[None]:
+def own_output() -> Iterator[None]:
     """Blender writes what it reads and saves to standard output, where results belong: for this block that goes to standard
     error, and only Python's own print reaches standard output."""
     sys.stdout.flush()
