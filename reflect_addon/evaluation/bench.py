@@ -1,0 +1,42 @@
+"""The targets, measured: DIR/targets.json with a row per target. One module per paper adds its rows here."""
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from ..core.errors import ReflectError
+from ..core.safe_write import write_whole
+from . import bench_popescu
+
+FORMAT = 1
+# paper -> measure(progress) -> list of Target. A paper whose methods do not exist yet has no entry.
+PAPERS: dict[str, Callable] = {"popescu": bench_popescu.measure}
+
+
+@dataclass(frozen=True)
+class Target:
+    """One line of targets.json; numbers or lists of numbers, all measured in this run except paper and target."""
+
+    id: str
+    paper: float | list[float] | None
+    ours: float | list[float]
+    target: float | list[float]
+    holds: bool
+    how: str  # one sentence
+
+
+def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> Path:
+    """Measures one paper's targets, or all there are, and writes out/targets.json; returns its path."""
+    chosen = list(PAPERS) if which == "all" else [which]
+    missing = [name for name in chosen if name not in PAPERS]
+    if missing:
+        raise ReflectError(
+            f"No target of {missing[0]} can be measured yet: its methods do not exist in this version.",
+            f"Measure one of: {', '.join(PAPERS)}, all.",
+        )
+    rows = [Target(**row) for name in chosen for row in PAPERS[name](progress)]
+    path = Path(out) / "targets.json"
+    data = {"format": FORMAT, "rows": [asdict(row) for row in rows]}
+    write_whole(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())
+    return path

@@ -1,0 +1,99 @@
+"""Targets of popescu-2006 that today's methods can meet: what a box and billboards cost over an environment map.
+
+One mirror sphere fills the view; flat emissive squares stand around it. All figures are ratios within this run.
+"""
+
+import tempfile
+from functools import partial
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.camera import Camera
+from ..scene.bake import bake_assets, load_assets
+from ..scene.camera import camera_of
+from ..scene.raytrace import trace
+from .frame import open_frame
+
+QUADS = (5, 10, 20, 40)
+SIZE = (256, 256)
+BAKE = {"resolution": 64, "samples": 1, "texels": 32}
+REPEATS, FRAMES = 5, 3
+STRAIGHT = 0.15  # largest departure from the line, as a share of the largest time
+
+
+def measure(progress) -> list[dict]:
+    """Rows for targets.json."""
+    from ..gpu.renderer import Renderer
+
+    times = {}
+    for number, quads in enumerate(QUADS):
+        progress(number / len(QUADS), f"popescu: {quads} squares around a mirror sphere")
+        scene = _scene(quads)
+        with open_frame(scene, None) as snapshot, tempfile.TemporaryDirectory(prefix="reflect-bench-") as folder:
+            camera: Camera = camera_of(scene, scene.camera, *SIZE)
+            methods = ("environment", "box_proxy", "billboards") if quads == QUADS[0] else ("billboards",)
+            renderers = {}
+            for method in methods:
+                bake_assets(snapshot, (method,), Path(folder), settings=BAKE, tracer=partial(trace, scene=scene))
+                renderers[method] = Renderer(snapshot, load_assets(snapshot, method, Path(folder)))
+                renderers[method].picture(camera)
+            # In turns, so that whatever else the machine does falls on all of them.
+            turns = [
+                {m: r.time(camera, repeats=1, frames=FRAMES).ms for m, r in renderers.items()} for _ in range(REPEATS)
+            ]
+            for method, renderer in renderers.items():
+                times[method, quads] = float(np.median([turn[method] for turn in turns]))
+                renderer.free()
+    base = times["environment", QUADS[0]]
+    box, five = times["box_proxy", QUADS[0]] / base, times["billboards", QUADS[0]] / base
+    series = np.array([times["billboards", n] for n in QUADS])
+    slope, start = np.polyfit(QUADS, series, 1)
+    bend = float(np.abs(series - (start + slope * np.array(QUADS))).max() / series.max())
+    size = f"{SIZE[0]}x{SIZE[1]}"
+    progress(1.0, "popescu: done")
+    return [
+        _row("I2-box", box, 1.1, f"Time of box_proxy over environment, mirror sphere, {size}, median of {REPEATS}."),
+        _row("I2-billboards", five, 1.6, f"Time of billboards with {QUADS[0]} squares over environment, same frame."),
+        _row(
+            "I2-linear",
+            bend,
+            STRAIGHT,
+            f"Largest departure from a line of the time over {', '.join(map(str, QUADS))} squares, share of the largest time.",
+        ),
+    ]
+
+
+def _row(name: str, ours: float, target: float, how: str) -> dict:
+    return {"id": name, "paper": None, "ours": float(ours), "target": target, "holds": bool(ours <= target), "how": how}
+
+
+def _scene(quads: int) -> bpy.types.Scene:
+    """A new file: the sphere, `quads` squares on a ring around it, a camera that looks at it."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+    ball = bpy.context.object
+    bpy.ops.object.shade_smooth()
+    mirror = bpy.data.materials.new("Mirror")
+    shader = mirror.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Metallic"].default_value, shader.inputs["Roughness"].default_value = 1.0, 0.0
+    ball.data.materials.append(mirror)
+    for i in range(quads):
+        angle = 2 * np.pi * i / quads
+        ring = 3.0 + 0.5 * (i % 3)
+        place = (ring * np.cos(angle), ring * np.sin(angle), 0.4 * (i % 4) - 0.6)
+        bpy.ops.mesh.primitive_plane_add(size=0.6, location=place, rotation=(np.pi / 2, 0, angle + np.pi / 2))
+        glow = bpy.data.materials.new(f"Glow {i}")
+        shader = glow.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Emission Color"].default_value = (i % 2, i % 3 / 2, 1.0, 1.0)
+        shader.inputs["Emission Strength"].default_value = 1.0
+        shader.inputs["Roughness"].default_value = 1.0
+        bpy.context.object.data.materials.append(glow)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    camera.location = (0.0, 0.0, 4.5)
+    camera.data.lens = 60
+    scene.camera = camera
+    return scene
