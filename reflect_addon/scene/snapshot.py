@@ -142,6 +142,7 @@ class _Reader:
         if mesh is None or not np.linalg.norm(matrix[:3, :3], axis=0).all() or np.abs(matrix).max() > FAR:
             return
         self.meshes.append(mesh)
+        self.fingerprint.mesh(mesh)
         unique = self._unique(name, is_dupli)
         self.lamps.append(Instance(unique, name, len(self.meshes) - 1, matrix, (), mark="NO"))
 

@@ -37,6 +37,14 @@ def test_lamps_without_size_have_no_shape(fresh_file):
     assert lamp(fresh_file, "SUN").lamps == ()
 
 
+def test_meshes_after_a_lamp_keep_their_place(fresh_file):
+    """Lamps and objects share one list of meshes; the fingerprint must count them alike."""
+    lamp(fresh_file, "POINT", shadow_soft_size=0.1)
+    fresh_file.ops.mesh.primitive_cube_add()
+    snapshot = take_snapshot(fresh_file.context.evaluated_depsgraph_get())
+    assert [len(snapshot.meshes[i.mesh].triangles) for i in snapshot.instances] == [12]
+
+
 def agree(snapshot, rng):
     """4000 rays from all around at a ball about the lamp: light where the mesh is met from its front."""
     (instance,) = snapshot.lamps
