@@ -49,7 +49,7 @@ class Worker:
         self._asked_to_end = None  # time.monotonic() of cancel()
         self._reported: dict[str, object] = {}  # "done" and "error" lines
         self._stderr: deque[str] = deque(maxlen=KEPT_LINES)
-        places = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(scratch))
+        places = dict.fromkeys(("TMPDIR", "TEMP", "TMP", "REFLECT_TEMP"), str(scratch))
         windows = os.name == "nt"
         try:
             self._process = subprocess.Popen(

@@ -263,7 +263,15 @@ def test_two_bakes_at_once(tmp_path):
             pass
     with BakeLock(tmp_path / "a"):
         pass
-    assert list((tmp_path / "a").iterdir()) == []
+    assert list(tmp_path.iterdir()) == [], "a bake that made nothing left something"
+
+
+def test_a_bake_is_one_at_a_time(tmp_path):
+    from reflect_addon.core.snapshot import SceneSnapshot
+    from reflect_addon.scene.bake import bake_assets
+
+    with BakeLock(tmp_path / "a"), pytest.raises(ReflectError, match="being baked already"):
+        bake_assets(SceneSnapshot("Scene", 1, (), (), ()), ["environment"], tmp_path / "a")
 
 
 def test_a_killed_bake_is_taken_over(tmp_path):
