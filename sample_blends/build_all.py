@@ -1,4 +1,4 @@
-"""Rebuild every sample .blend beside this script, in its own process-clean file; names on the command line restrict it."""
+"""Rebuild the sample .blend files beside this script: all, or those named on the command line."""
 
 import importlib
 import sys

@@ -1,7 +1,7 @@
 """contact: Suzanne, matt, touches and cuts into a mirror Suzanne.
 
-Claim: where surfaces meet there is no distance left to hide behind: a stand-in that assumes a far world, or one that stands
-off the surface, shows its error at the seam, while rays that leave the seam have hit distances down to zero.
+Claim: where surfaces meet there is no distance left to hide behind: a stand-in that assumes a far world, or one that
+stands off the surface, shows its error at the seam, while rays that leave the seam have hit distances down to zero.
 """
 
 import math
@@ -28,10 +28,20 @@ def build():
     scene = parts.start("contact")
     parts.set_world(scene, (0.35, 0.45, 0.6), 0.6)
     parts.box("Ground", (8, 8, 0.1), (0, 0, -0.05), parts.checker("Ground", (0.7, 0.66, 0.6), (0.35, 0.3, 0.28), 0.5))
-    suzanne("Suzanne mirror", parts.mirror(), location=(-0.55, 0.25, 0.93), rotation=(math.radians(-8), 0, math.radians(22)),
-            scale=(1, 1, 1))
-    suzanne("Suzanne matt", parts.material("Terracotta", (0.75, 0.26, 0.12)), location=(0.5, -0.36, 0.66),
-            rotation=(math.radians(-20), 0, math.radians(-28)), scale=(0.62, 0.62, 0.62))
+    suzanne(
+        "Suzanne mirror",
+        parts.mirror(),
+        location=(-0.55, 0.25, 0.93),
+        rotation=(math.radians(-8), 0, math.radians(22)),
+        scale=(1, 1, 1),
+    )
+    suzanne(
+        "Suzanne matt",
+        parts.material("Terracotta", (0.75, 0.26, 0.12)),
+        location=(0.5, -0.36, 0.66),
+        rotation=(math.radians(-20), 0, math.radians(-28)),
+        scale=(0.62, 0.62, 0.62),
+    )
     parts.sphere("Ball touching", 0.25, parts.material("Green", (0.15, 0.5, 0.2)), 48, location=(-1.45, -0.55, 0.25))
     parts.box("Wall", (8, 0.1, 3), (0, 3.0, 1.5), parts.checker("Wall", (0.3, 0.42, 0.5), (0.5, 0.6, 0.62), 0.75))
     parts.lamp("Key", (2.5, -3.0, 4.0), (0, 0, 0.6), 190, 1.5, (1.0, 0.93, 0.82))

@@ -1,7 +1,7 @@
 """teapots: four mirror teapots on a chequered ground under an HDR world (popescu-2006, Fig. 1).
 
-Claim: with R = 4 reflectors every teapot reflects the three others, R(R-1) = 12 second-order reflections, and the world alone
-cannot show them: what `environment` misses here is the other teapots and the parallax of the ground.
+Claim: with R = 4 reflectors every teapot reflects the three others, R(R-1) = 12 second-order reflections, and the world
+alone cannot show them: what `environment` misses here is the other teapots and the parallax of the ground.
 """
 
 import math
@@ -52,8 +52,12 @@ def build():
     silver = parts.mirror("Silver", (0.93, 0.93, 0.92))
     gold = parts.mirror("Gold", (1.0, 0.78, 0.42))
     copper = parts.mirror("Copper", (0.96, 0.64, 0.54))
-    places = [("Front", (0.0, -0.42), 200, silver), ("Left", (-0.62, 0.02), 25, copper),
-              ("Right", (0.62, 0.08), 150, gold), ("Back", (0.02, 0.55), -40, silver)]
+    places = [
+        ("Front", (0.0, -0.42), 200, silver),
+        ("Left", (-0.62, 0.02), 25, copper),
+        ("Right", (0.62, 0.08), 150, gold),
+        ("Back", (0.02, 0.55), -40, silver),
+    ]
     shared = {}  # one mesh a metal: front and back are the same mesh twice
     for name, (x, y), degrees, surface in places:
         turned = {"location": (x, y, 0.0), "rotation": (0, 0, math.radians(degrees))}

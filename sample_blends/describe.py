@@ -1,4 +1,4 @@
-"""What a scene is made of, as plain values that two builds of one sample must share; .blend files differ byte by byte."""
+"""What a scene is made of, as plain values: two builds of a sample share them, while their bytes differ."""
 
 import hashlib
 
@@ -14,7 +14,14 @@ def rounded(values):
 def describe(scene):
     """A dictionary of the scene's settings, objects, meshes, materials, images, lights and animation."""
     return {
-        "scene": [scene.name, scene.frame_start, scene.frame_end, scene.render.engine, scene.camera.name, scene.world.name],
+        "scene": [
+            scene.name,
+            scene.frame_start,
+            scene.frame_end,
+            scene.render.engine,
+            scene.camera.name,
+            scene.world.name,
+        ],
         "objects": {made.name: _object(made) for made in scene.objects},
         "materials": {made.name: _tree(made.node_tree) for made in bpy.data.materials if made.users},
         "world": _tree(scene.world.node_tree),
@@ -53,7 +60,12 @@ def _keys(made):
     if data is None or data.action is None:
         return []
     bags = [bag for layer in data.action.layers for strip in layer.strips for bag in strip.channelbags]
-    return [(curve.data_path, curve.array_index, *rounded(point.co)) for bag in bags for curve in bag.fcurves for point in curve.keyframe_points]
+    return [
+        (curve.data_path, curve.array_index, *rounded(point.co))
+        for bag in bags
+        for curve in bag.fcurves
+        for point in curve.keyframe_points
+    ]
 
 
 def _tree(tree):
@@ -65,7 +77,10 @@ def _tree(tree):
             if not socket.is_linked and hasattr(socket, "default_value") and socket.type in ("VALUE", "RGBA", "VECTOR"):
                 values[socket.identifier] = rounded(socket.default_value)
         nodes[node.name] = (node.bl_idname, values)
-    links = sorted((link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier) for link in tree.links)
+    links = sorted(
+        (link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
+        for link in tree.links
+    )
     return {"nodes": nodes, "links": links}
 
 

@@ -60,11 +60,16 @@ def _node(tree, kind):
 
 
 def material(name, colour=(0.8, 0.8, 0.8), roughness=0.9, metallic=0.0, specular=0.0, emission=0.0, **inputs):
-    """A Principled material. Matt unless told otherwise; `inputs` are further sockets by name, blanks as underscores."""
+    """A Principled material, matt unless told otherwise; `inputs` are more sockets by name, blanks as underscores."""
     made = bpy.data.materials.new(name)
     made.diffuse_color = (*colour, 1.0)
     shader = _node(made.node_tree, "BSDF_PRINCIPLED")
-    values = {"Base Color": (*colour, 1.0), "Roughness": roughness, "Metallic": metallic, "Specular IOR Level": specular}
+    values = {
+        "Base Color": (*colour, 1.0),
+        "Roughness": roughness,
+        "Metallic": metallic,
+        "Specular IOR Level": specular,
+    }
     if emission:
         values |= {"Emission Color": (*colour, 1.0), "Emission Strength": emission}
     values |= {key.replace("_", " "): value for key, value in inputs.items()}
@@ -140,7 +145,9 @@ def box(name, size, centre, surface, bevel=0.0, inside=False, **place):
     half = np.asarray(size, float) / 2
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    made = mesh(name, corners, [face[::-1] for face in faces] if inside else faces, surface, False, location=centre, **place)
+    made = mesh(
+        name, corners, [face[::-1] for face in faces] if inside else faces, surface, False, location=centre, **place
+    )
     if bevel:
         made.modifiers.new("Bevel", "BEVEL").width = bevel
         made.modifiers["Bevel"].segments = 3
@@ -193,8 +200,16 @@ def tube(name, path, radius, surface, segments=16, **place):
         other = np.cross(tangent, side)
         for angle in np.arange(segments) * 2 * math.pi / segments:
             vertices.append(point + radius * (math.cos(angle) * side + math.sin(angle) * other))
-    faces = [(r * segments + i, r * segments + (i + 1) % segments, (r + 1) * segments + (i + 1) % segments, (r + 1) * segments + i)
-             for r in range(len(path) - 1) for i in range(segments)]
+    faces = [
+        (
+            r * segments + i,
+            r * segments + (i + 1) % segments,
+            (r + 1) * segments + (i + 1) % segments,
+            (r + 1) * segments + i,
+        )
+        for r in range(len(path) - 1)
+        for i in range(segments)
+    ]
     faces += [tuple(range(segments))[::-1], tuple(range((len(path) - 1) * segments, len(path) * segments))]
     made = mesh(name, vertices, faces, surface, **place)
     for cap in list(made.data.polygons)[-2:]:

@@ -7,7 +7,7 @@ import numpy as np
 from tolerances import KERNEL_RADIANCE_RELATIVE
 
 from reflect_addon.core.asset import Asset
-from reflect_addon.core.kernel import evaluate, record_function, run
+from reflect_addon.core.kernel import evaluate, numpy_machine, record_function
 
 INPUTS = {"origin": "vec3", "direction": "vec3", "width": "float"}
 EDGES = np.array([0.0, -0.0, 1.0, -1.0, 0.5, 3.0, 8.0, 7.5, 1e-30, -1e-30, 1e-6, 1e4, -1e4, 1e9], np.float32)
@@ -189,18 +189,18 @@ NUDGED = ("mul", "div", "sqrt", "exp2", "log2")  # what GPUs round their own way
 @contextmanager
 def nudged(seed: int):
     """NumPy with every result of these operations off by up to four roundings, at random."""
-    exact, rng = dict(run.ELEMENTWISE), np.random.default_rng(seed)
+    exact, rng = dict(numpy_machine.ELEMENTWISE), np.random.default_rng(seed)
 
     def shaken(function, *operands):
         result = np.asarray(function(*operands))
         return result * (1 + rng.uniform(-2.5e-7, 2.5e-7, result.shape)).astype(result.dtype)
 
     for op in NUDGED:
-        run.ELEMENTWISE[op] = partial(shaken, exact[op])
+        numpy_machine.ELEMENTWISE[op] = partial(shaken, exact[op])
     try:
         yield
     finally:
-        run.ELEMENTWISE.update(exact)
+        numpy_machine.ELEMENTWISE.update(exact)
 
 
 def yardstick(program, given, made) -> tuple[dict, dict]:

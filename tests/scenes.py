@@ -25,7 +25,14 @@ def sphere_in_box_room(size=(4.0, 5.0, 3.0), centre=(0.0, 0.0, 1.5), at=(0.7, 0.
     scene = parts.prepare(bpy.context.scene, "box room")
     parts.set_world(scene, (0, 0, 0))
     half, middle = np.asarray(size) / 2, np.asarray(centre, float)
-    colours = [(0.9, 0.2, 0.15), (0.15, 0.6, 0.9), (0.2, 0.8, 0.3), (0.9, 0.75, 0.2), (0.7, 0.3, 0.8), (0.85, 0.85, 0.85)]
+    colours = [
+        (0.9, 0.2, 0.15),
+        (0.15, 0.6, 0.9),
+        (0.2, 0.8, 0.3),
+        (0.9, 0.75, 0.2),
+        (0.7, 0.3, 0.8),
+        (0.85, 0.85, 0.85),
+    ]
     walls = []
     for i, colour in enumerate(colours):
         axis, sign = i // 2, 1 - 2 * (i % 2)
@@ -37,8 +44,15 @@ def sphere_in_box_room(size=(4.0, 5.0, 3.0), centre=(0.0, 0.0, 1.5), at=(0.7, 0.
         # Counter-clockwise from u to v faces along +axis for x and z, along -axis for y.
         outward = (sign > 0) == (axis != 1)
         face = (3, 2, 1, 0) if outward else (0, 1, 2, 3)
-        walls.append(parts.mesh(f"Wall {'xyz'[axis]}{'+' if sign > 0 else '-'}", corners, [face],
-                                glowing_checker(f"Wall {i}", colour, tuple(0.35 * c for c in colour), 0.5), smooth=False))
+        walls.append(
+            parts.mesh(
+                f"Wall {'xyz'[axis]}{'+' if sign > 0 else '-'}",
+                corners,
+                [face],
+                glowing_checker(f"Wall {i}", colour, tuple(0.35 * c for c in colour), 0.5),
+                smooth=False,
+            )
+        )
     ball = parts.sphere("Mirror", radius, parts.mirror(colour=(1, 1, 1)), 192, location=at)
     view = parts.camera(tuple(middle + half * (-0.75, -0.85, 0.4)), at, lens=40)
     return {"reflectors": [ball], "camera": view, "walls": walls, "box_min": middle - half, "box_max": middle + half}
@@ -56,8 +70,16 @@ def pictures_around_mirror(count=5, distance=2.0, radius=0.6):
         y, x = np.mgrid[:48, :64]
         stripes = ((x // 8 + (i + 1) * (y // 12)) % (i + 2))[..., None] / (i + 1)
         pixels = (0.15 + 0.8 * stripes * np.roll([1.0, 0.6, 0.25], i)).astype(np.float32)
-        pictures.append(parts.panel(f"Picture {i + 1}", 1.0, 0.75, parts.picture(f"Picture {i + 1}", pixels, emission=1.0),
-                                    location=place, rotation=(0, 0, angle - math.pi / 2)))
+        pictures.append(
+            parts.panel(
+                f"Picture {i + 1}",
+                1.0,
+                0.75,
+                parts.picture(f"Picture {i + 1}", pixels, emission=1.0),
+                location=place,
+                rotation=(0, 0, angle - math.pi / 2),
+            )
+        )
     view = parts.camera((0, -4.6, 2.3), (0, 0, 0), lens=50)
     return {"reflectors": [ball], "camera": view, "pictures": pictures}
 

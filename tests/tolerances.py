@@ -33,3 +33,5 @@ SPHERE_FACETS = 8e-4
 # left is facets at grazing angles and the noise of picking between two lobes.
 REFLECTANCE_MEAN = 5e-4
 REFLECTANCE_RING = 2e-3
+# The look's table on the GPU: half-float entries (5e-4) and the sampler's 8-bit weights between two of them.
+LOOK_GPU = 3e-3

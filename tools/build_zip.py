@@ -21,17 +21,26 @@ def packager(verb, *arguments):
     import bpy
 
     scripts = Path(bpy.utils.resource_path("LOCAL")) / "scripts"
-    script, tags = scripts / "addons_core/bl_pkg/cli/blender_ext.py", scripts / "modules/_bpy_internal/extensions/tags.py"
-    done = subprocess.run([sys.executable, str(script), verb, "--valid-tags", str(tags), *map(str, arguments)],
-                          capture_output=True, text=True)
+    script, tags = (
+        scripts / "addons_core/bl_pkg/cli/blender_ext.py",
+        scripts / "modules/_bpy_internal/extensions/tags.py",
+    )
+    done = subprocess.run(
+        [sys.executable, str(script), verb, "--valid-tags", str(tags), *map(str, arguments)],
+        capture_output=True,
+        text=True,
+    )
     if done.returncode:
         raise RuntimeError(f"Blender's packager refuses to {verb} the extension:\n{done.stdout}{done.stderr}")
 
 
 def known_files(root=ROOT):
     """Paths, relative to `root`, that Git tracks or would add."""
-    listed = subprocess.run(["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-                            capture_output=True, check=True).stdout
+    listed = subprocess.run(
+        ["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        capture_output=True,
+        check=True,
+    ).stdout
     return sorted(name for name in set(listed.decode().split("\0")) if name and (root / name).is_file())
 
 
@@ -40,7 +49,10 @@ def build(out=ROOT / "build", root=ROOT):
     manifest = tomllib.loads((root / "blender_manifest.toml").read_text())
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
     if manifest["version"] != project["version"]:
-        raise RuntimeError(f"blender_manifest.toml says version {manifest['version']}, pyproject.toml {project['version']}. Make them equal.")
+        raise RuntimeError(
+            f"blender_manifest.toml says version {manifest['version']}, pyproject.toml {project['version']}. "
+            "Make them equal."
+        )
     with tempfile.TemporaryDirectory(prefix="reflect-build-") as folder:
         source, made = Path(folder) / "source", Path(folder) / "made"
         made.mkdir()

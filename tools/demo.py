@@ -45,7 +45,9 @@ def main(argv=None):
     for number, (file, name) in enumerate(zip(files, names_for(files)), 1):
         print(f"demo: {file.name} ({number} of {len(files)})", file=sys.stderr, flush=True)
         out = arguments.out / name
-        status = reflect("evaluate", file, "--methods", "all", "--size", SIZE, "--samples", CYCLES_SAMPLES, "--out", out)
+        status = reflect(
+            "evaluate", file, "--methods", "all", "--size", SIZE, "--samples", CYCLES_SAMPLES, "--out", out
+        )
         (failed if status else done).append((file, out))
     if not done:
         print("demo: no file could be evaluated; the reasons are above.", file=sys.stderr)

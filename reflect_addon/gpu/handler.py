@@ -46,8 +46,16 @@ def draw(context):
         traceback.print_exc()
 
 
+def has_surfaces(space) -> bool:
+    """Whether this 3D view shows surfaces and has their depth: not in wireframe, and EEVEE writes it only with overlays."""
+    if space.shading.type == "WIREFRAME":
+        return False
+    return space.shading.type == "SOLID" or space.overlay.show_overlays
+
+
 def _on_draw():
-    draw(bpy.context)
+    if has_surfaces(bpy.context.space_data):
+        draw(bpy.context)
 
 
 def _refresh():

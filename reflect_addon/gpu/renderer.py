@@ -239,8 +239,9 @@ class Renderer:
                 return self._draw_answers(camera, False)
 
             def frame():
+                filled = answers()
                 self._resolve.draw_composite(
-                    gpu, self._batch, self._rays, answers(), self._materials, self._look, "display", None, target
+                    gpu, self._batch, self._rays, filled, self._materials, self._look, "display", None, target
                 )
 
             def finish():

@@ -87,6 +87,7 @@ class Resolve:
         self.plan = plan
         self.half_distance = half_distance
         self.counts = counts
+        self._programs: dict[object, Program] = {}  # what was drawn before: recording and emitting take milliseconds
 
     def composite(self, gpu, batch, rays: RayMapTarget, answer: ReflectionTarget, materials, look, space, background):
         """(H, W, 4) float32: reflections over `background` ((H, W, 3) scene-linear, or None: empty, alpha 0).
@@ -109,7 +110,7 @@ class Resolve:
         if target is None:
             target = gpu.types.GPUTexture((rays.width, rays.height), format="RGBA32F")
         framebuffer = gpu.types.GPUFrameBuffer(color_slots=[target])
-        shader = program(self._composite_info(space, backdrop is not None), self.counts)
+        shader = self._program((space, backdrop is not None), self._composite_info)
         with framebuffer.bind():
             framebuffer.viewport_set(0, 0, rays.width, rays.height)
             gpu.state.blend_set("NONE")
@@ -126,7 +127,12 @@ class Resolve:
         return target
 
     def overlay_program(self) -> Program:
-        return program(self._overlay_info(), self.counts)
+        return self._program((), self._overlay_info)
+
+    def _program(self, variant: tuple, info_of) -> Program:
+        if variant not in self._programs:
+            self._programs[variant] = program(info_of(*variant), self.counts)
+        return self._programs[variant]
 
     def bind_overlay(self, shader: Program, rays, answer, materials, look: LookTexture):
         self._bind(shader, rays, answer, materials)

@@ -57,8 +57,10 @@ class ViewportSession:
             return None
         if self._pending is not None:
             snapshot, look = self._pending
-            settings = (id(self.kernel), self.attenuation)
+            settings = (self.kernel, self.attenuation)
             if self._renderer is None or settings != self._settings:
+                if self._renderer is not None:
+                    self._renderer.free()
                 self._renderer = Renderer(snapshot, self.assets, look, self.attenuation, self.kernel)
                 self._settings = settings
             else:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..core.kernel import KernelError, Program, evaluate
 from ..core.kernel.graph import SIZES, Node, Region
+from ..core.kernel.nonzero import is_nonzero
 from ..core.kernel.program import Names, type_of
 from ..core.kernel.schedule import schedule
 from .node_images import fetch_group, image_from, sample_group
@@ -33,7 +34,12 @@ def emit_nodes(
 
     The asset's images become images of the file, called "NAME image"; its uniforms are labelled nodes.
     """
-    return _Emitter(program, asset, name, wanted).emit()
+    emitter = _Emitter(program, asset, name, wanted)
+    try:
+        return emitter.emit()
+    except BaseException:
+        emitter.discard()
+        raise
 
 
 class _Emitter:
@@ -43,12 +49,14 @@ class _Emitter:
         self.build = TreeBuilder(name)
         self.values: dict[Node, tuple[Source, ...]] = {}  # parts: (float,), (vector,) or (vector, float)
         self.inverted: dict[Node, Source] = {}  # condition -> 1 - condition
-        images = Names("image", f"the asset of {program.name}", asset.images)
-        self.images = {key: image_from(f"{name} {key}", images[key]) for key in self.plan.images}
+        self.images: dict[str, bpy.types.Image] = {}
         self.look_ups: dict[tuple[str, str], bpy.types.NodeTree] = {}
 
     def emit(self) -> bpy.types.NodeTree:
         build = self.build
+        pixels = Names("image", f"the asset of {self.program.name}", self.asset.images)
+        for name in self.plan.images:
+            self.images[name] = image_from(f"{self.name} {name}", pixels[name])
         for name, node in self.program.inputs.items():
             build.socket(name.capitalize(), "Float" if SIZES[node.type] == 1 else "Vector", is_output=False)
             if node.type == "vec4":
@@ -64,6 +72,13 @@ class _Emitter:
         self.block(self.program.graph.root)
         build.results(*(part for node in self.plan.outputs.values() for part in self.get(node)))
         return build.tree
+
+    def discard(self) -> None:
+        """Removes what was made so far: a kernel that nodes cannot express leaves the file as it was."""
+        for group in (self.build.tree, *self.look_ups.values()):
+            bpy.data.node_groups.remove(group)
+        for image in self.images.values():
+            bpy.data.images.remove(image)
 
     def get(self, node: Node) -> tuple[Source, ...]:
         if node not in self.values:
@@ -278,24 +293,6 @@ class _Emitter:
         sizes = {name: SIZES[symbol.type] for name, symbol in self.program.inputs.items()}
         inputs = {name: np.zeros((1,) if size == 1 else (1, size)) for name, size in sizes.items()}
         return max(0, int(np.ceil(evaluate(program, inputs, self.asset)["count"][0])))
-
-
-def is_nonzero(node: Node) -> bool:
-    """Whether a divisor is certain not to be zero, as k.away_from_zero, k.normalize and k.max(x, 1e-6) make it."""
-    if node.op == "const":
-        return all(node.data)
-    if node.op in ("size", "exp2"):
-        return True
-    if node.op == "max":
-        return any(a.op == "const" and min(a.data) > 0 for a in node.args)
-    if node.op in ("sqrt", "neg", "abs", "vec"):
-        return all(map(is_nonzero, node.args))
-    if node.op == "select":
-        condition, a, b = node.args
-        guarded = condition.op == "lt" and condition.args[0].op == "abs" and condition.args[0].args[0] is b
-        limit = condition.args[1] if guarded else None
-        return is_nonzero(a) and (is_nonzero(b) or (limit is not None and limit.op == "const" and limit.data[0] > 0))
-    return False
 
 
 def _parts(value: tuple[float, ...]) -> tuple[Source, ...]:

@@ -1,4 +1,4 @@
-"""What ships: the zip is valid, holds the package and nothing else, and installs, switches off and on without a trace."""
+"""What ships: a valid zip that holds the package and nothing else, installs, and switches off and on cleanly."""
 
 import json
 import os
@@ -33,11 +33,14 @@ def test_zip_is_named_after_its_version(archive):
     assert f'version = "{archive.stem.removeprefix("reflect-")}"' in project
 
 
-@pytest.mark.parametrize("old, new, word", [
-    ('tags = ["3D View", ', 'tags = ["Shiny", ', "Shiny"),
-    ('version = "0.1.0"', 'version = "0.2.0"', "0.2.0"),
-    ('id = "reflect"', 'id = "re-flect"', 'key "id" invalid'),
-])
+@pytest.mark.parametrize(
+    "old, new, word",
+    [
+        ('tags = ["3D View", ', 'tags = ["Shiny", ', "Shiny"),
+        ('version = "0.1.0"', 'version = "0.2.0"', "0.2.0"),
+        ('id = "reflect"', 'id = "re-flect"', 'key "id" invalid'),
+    ],
+)
 def test_a_wrong_manifest_is_refused_by_name(tmp_path, old, new, word):
     root = tmp_path / "copy"
     for name in ("blender_manifest.toml", "__init__.py", "pyproject.toml"):
@@ -66,8 +69,8 @@ def state():
     return {
         "classes": sorted(classes()),
         "handlers": sorted(handlers),
-        "properties": sorted(name for kind in (bpy.types.Scene, bpy.types.Object, bpy.types.WindowManager, bpy.types.Material)
-                             for name in kind.bl_rna.properties.keys() if "reflect" in name.lower()),
+        "properties": sorted(name for kind in ("Scene", "Object", "WindowManager", "Material")
+                             for name in getattr(bpy.types, kind).bl_rna.properties.keys() if "reflect" in name.lower()),
         "enabled": sorted(a.module for a in bpy.context.preferences.addons if "reflect" in a.module),
     }
 
@@ -89,7 +92,9 @@ print("STATES " + json.dumps(states))
 def test_install_enable_disable_enable_leaves_nothing_behind(archive, tmp_path):
     environment = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
     environment.pop("PYTHONPATH", None)  # the source tree must not answer for the installed package
-    done = subprocess.run([sys.executable, "-c", INSTALL, str(archive)], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", INSTALL, str(archive)], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stdout + done.stderr, done.stdout + done.stderr
     states = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("STATES "))[7:])

@@ -1,4 +1,4 @@
-"""Kernels as shader nodes: random programs in Cycles against NumPy, and one method-like kernel in Cycles and in EEVEE."""
+"""Kernels as shader nodes: random programs and a method-like one in Cycles, the first methods in Cycles and in EEVEE."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,11 @@ import random_kernels
 from node_bench import run_nodes
 from tolerances import EEVEE_HALF_RELATIVE, KERNEL_BRINK_SHARE, KERNEL_RADIANCE_RELATIVE
 
+from reflect_addon.core import cubemap
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import Hit, KernelError, evaluate, record, record_function, run_numpy
-from reflect_addon.core.rays import Rays
+from reflect_addon.core.methods import box_proxy, environment
+from reflect_addon.core.rays import Hits, Rays
 from reflect_addon.scene.kernel_nodes import emit_nodes
 
 
@@ -74,20 +76,45 @@ def test_room_in_cycles(fresh_file, tmp_path, room_asset, rays):
     want = run_numpy(program, room_asset, rays)
     group = emit_nodes(program, room_asset, "Room", tuple(SIZES))
     assert {s.name for s in group.interface.items_tree} >= {"Origin", "Direction", "Radiance", "Coverage"}
-    got = run_nodes(fresh_file, tmp_path, {"room": (group, SIZES)}, vars(rays))["room"]
+    got = run_nodes(fresh_file, tmp_path, {"room": (group, SIZES)}, _inputs(rays))["room"]
     assert 0.1 < np.mean(want.status == 1.0) < 0.9
     for name in SIZES:
         _agree(got[name], getattr(want, name), KERNEL_RADIANCE_RELATIVE)
 
 
-def test_room_in_eevee(fresh_file, tmp_path, room_asset, rays):
-    program = record(room, room_asset)
-    want = run_numpy(program, room_asset, rays)
-    group = emit_nodes(program, room_asset, "Room", ("radiance", "coverage"))
-    outputs = {"radiance": 3, "coverage": 1}
-    got = run_nodes(fresh_file, tmp_path, {"room": (group, outputs)}, vars(rays), "BLENDER_EEVEE")["room"]
-    for name in outputs:
-        _agree(got[name], getattr(want, name), EEVEE_HALF_RELATIVE)
+@pytest.fixture
+def cube_asset(rng):
+    """A small cube map of noise, partly sky, and a box around it: what environment and box_proxy read."""
+    bundle = cubemap.bundle(np.zeros(3), 16)
+    count = len(bundle)
+    position = bundle.direction * rng.uniform(1, 3, (count, 1))
+    hits = Hits(
+        rng.random((count, 3)).astype("f"), position.astype("f"), bundle.direction, np.zeros(count, int), rng.random(count) > 0.2
+    )
+    image, uniforms = cubemap.assemble(np.zeros(3), 16, hits)
+    axes = {"box_x": (0.6, 0.8, 0.0), "box_y": (-0.8, 0.6, 0.0), "box_z": (0.0, 0.0, 1.0)}
+    box = {"box_low": (-4.0, -4.0, -4.0), "box_high": (4.0, 5.0, 3.0), "center": (0.0, 0.0, 0.0)}
+    return Asset("cube", "", {"radiance_tx": image}, uniforms | axes | box)
+
+
+@pytest.mark.parametrize("engine", ["CYCLES", "BLENDER_EEVEE"])
+def test_environment_and_box_proxy_in(engine, fresh_file, tmp_path, rng, cube_asset, rays):
+    """EEVEE gives half floats, so only its radiance is looked at; Cycles also tells positions."""
+    bound = EEVEE_HALF_RELATIVE if engine == "BLENDER_EEVEE" else KERNEL_RADIANCE_RELATIVE
+    outputs = {"radiance": 3} if engine == "BLENDER_EEVEE" else {"radiance": 3, "position": 3, "status": 1}
+    given = _inputs(rays) | {"width": rng.uniform(0, 0.1, len(rays)), "spread": rng.choice([0.0, 0.01, 0.1, 0.5], len(rays))}
+    programs = {method.NAME: record(method.trace, cube_asset) for method in (environment, box_proxy)}
+    groups = {name: (emit_nodes(program, cube_asset, name, tuple(outputs)), outputs) for name, program in programs.items()}
+    answers = run_nodes(fresh_file, tmp_path, groups, given, engine)
+    for name, program in programs.items():
+        want = run_numpy(program, cube_asset, rays, given["width"], given["spread"])
+        for field in outputs:
+            _agree(answers[name][field], getattr(want, field), bound)
+    assert not np.allclose(answers["environment"]["radiance"], answers["box_proxy"]["radiance"])
+
+
+def _inputs(rays: Rays) -> dict[str, np.ndarray]:
+    return {"origin": rays.origin, "direction": rays.direction}
 
 
 def _agree(got: np.ndarray, want: np.ndarray, bound: float) -> None:
@@ -118,7 +145,7 @@ def _no_asset() -> Asset:
     return Asset("none", "", {})
 
 
-def test_a_count_from_a_uniform_is_unrolled_and_one_per_ray_is_refused(fresh_file, tmp_path):
+def test_a_count_from_a_uniform_is_unrolled(fresh_file, tmp_path):
     def kernel(k, scope, a):
         return {"x": k.loop(scope.uniforms["n"] * 2.0, (a,), lambda i, t: ((t + i,), None))[0]}
 
@@ -126,9 +153,20 @@ def test_a_count_from_a_uniform_is_unrolled_and_one_per_ray_is_refused(fresh_fil
     tree = emit_nodes(record_function(kernel, {"a": "float"}, uniforms=asset.uniforms), asset, "N", ("x",))
     got = run_nodes(fresh_file, tmp_path, {"n": (tree, {"x": 1})}, {"a": np.array([1.0, 5.0])})
     assert got["n"]["x"].tolist() == [7.0, 11.0]
-    per_ray = record_function(lambda k, s, a: {"x": k.loop(a, (a,), lambda i, t: ((t + i,), None))[0]}, {"a": "float"})
+
+
+def test_what_nodes_cannot_express_leaves_nothing_behind(fresh_file, rng):
+    def kernel(k, scope, a):
+        start = k.sample(scope.images["noise_tx"], a, 0.5).x
+        return {"x": k.loop(a, (start,), lambda i, t: ((t + i,), None))[0]}
+
+    asset = random_kernels.asset(rng)
+    before = len(fresh_file.data.node_groups), len(fresh_file.data.images)
     with pytest.raises(KernelError, match="differs per ray"):
-        emit_nodes(per_ray, asset, "N", ("x",))
+        emit_nodes(record_function(kernel, {"a": "float"}, asset.images), asset, "N", ("x",))
+    with pytest.raises(KernelError, match="no image 'noise_tx'"):
+        emit_nodes(record_function(kernel, {"a": "float"}, asset.images), _no_asset(), "N", ("x",))
+    assert (len(fresh_file.data.node_groups), len(fresh_file.data.images)) == before
 
 
 def test_unused_images_and_outputs_leave_no_nodes(fresh_file, room_asset):

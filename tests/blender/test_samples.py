@@ -30,14 +30,20 @@ def test_the_script_builds_the_committed_file(fresh_file, name):
     fresh_file.context.view_layer.update()
     built = describe(fresh_file.context.scene)
     for part in built:
-        assert built[part] == committed[part], f"{name}.blend: {part} differ; run ./dev python sample_blends/build_all.py {name}"
+        assert built[part] == committed[part], (
+            f"{name}.blend: {part} differ; run ./dev python sample_blends/build_all.py {name}"
+        )
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_files_are_small_and_need_no_other_file(fresh_file, name):
     assert (SAMPLES / f"{name}.blend").stat().st_size < 300_000
     open_sample(fresh_file, name)
-    outside = [image.name for image in fresh_file.data.images if image.users and image.source == "FILE" and not image.packed_file]
+    outside = [
+        image.name
+        for image in fresh_file.data.images
+        if image.users and image.source == "FILE" and not image.packed_file
+    ]
     assert outside == [] and len(fresh_file.data.libraries) == 0
 
 

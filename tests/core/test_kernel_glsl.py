@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+import random_kernels
 
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import Hit, KernelError, emit_glsl, record, record_function
@@ -133,6 +134,13 @@ def test_uniforms_beyond_the_push_constants_go_into_whole_vec4s():
         assert packed[slot, first : first + len(want)].tolist() == want.tolist()
     with pytest.raises(KernelError, match="no uniform 'a'"):
         block.pack_uniforms(Asset("a", "", {}))
+
+
+def test_the_text_is_the_same_every_time(rng):
+    """Shaders are cached by their text."""
+    made = random_kernels.asset(rng)
+    first, second = (emit_glsl(random_kernels.random_program(7, made), ("p", "q")) for _ in range(2))
+    assert first == second
 
 
 def test_an_unknown_output_is_named():

@@ -121,3 +121,13 @@ def test_run_numpy_answers_rays_and_names_what_is_missing():
         run_numpy(program, Asset("toy", "", {}, {"tint": 1.0}), rays)
     with pytest.raises(KernelError, match="input 'origin' has the shape"):
         run_numpy(program, Asset("toy", "", {}, {"tint": 1.0}), Rays(rays.origin[:, :2], rays.direction))
+
+
+def test_a_loop_ends_whatever_its_count():
+    """Counts between whole numbers, from NumPy, infinite, and not a number."""
+    kernel = lambda k, s, n: {"t": k.loop(n, (0.0,), lambda i, t: ((t + 1.0,), None))[0]}  # noqa: E731
+    program = record_function(kernel, {"n": "float"})
+    got = evaluate(program, {"n": np.array([2.5, np.inf, np.nan, -np.inf])})["t"]
+    assert got.tolist() == [3.0, 65536.0, 0.0, 0.0]
+    known = record_function(lambda k, s, n: {"t": kernel(k, s, np.int64(3))["t"] + kernel(k, s, 1.5)["t"] * n}, {"n": "float"})
+    assert evaluate(known, {"n": np.array([10.0])})["t"][0] == 23.0

@@ -5,6 +5,7 @@ import pytest
 
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import Hit, KernelError, evaluate, record, record_function
+from reflect_addon.core.kernel.nonzero import is_nonzero
 from reflect_addon.core.kernel.schedule import schedule
 
 
@@ -124,6 +125,7 @@ FOLDED = {
     "quotient": lambda k, a, b: a / b,
     "least": lambda k, a, b: k.min(a, b),
     "most": lambda k, a, b: k.max(a, b),
+    "bounds": lambda k, a, b: k.max(k.max(a, 1.0), -1.0) + k.max(k.max(b, -1.0), 1.0) * 8.0 + k.min(k.min(a, 0.5), b) * 64.0,
     "root": lambda k, a, b: k.sqrt(k.abs(a) + k.floor(b)),
     "vector": lambda k, a, b: k.dot(k.vec3(a, b, a).zyx * b, k.vec3(1.0, a, 2.0)),
     "less": lambda k, a, b: k.select((a < b) & ~(b <= a), 1.0, 2.0),
@@ -175,3 +177,26 @@ def test_states_that_others_need_step_by_step_stay():
     loop = next(n for n in program.graph.nodes if n.op == "loop")
     assert schedule(program, ("a",)).live[loop] == (0, 1, 2)
     assert evaluate(program, {"n": np.array([1.0])}, wanted=("a",))["a"][0] == 4.0, "b is 0 1 3 6 at the steps"
+
+
+@pytest.mark.parametrize(
+    ("divisor", "sure"),
+    [
+        (lambda k, a: k.away_from_zero(a), True),
+        (lambda k, a: k.select(k.abs(a) > 0.0, a, 1.0), True),
+        (lambda k, a: k.select(k.abs(a) >= 0.0, a, 1.0), False),
+        (lambda k, a: k.select(k.abs(a) <= 0.0, 1.0, a), True),
+        (lambda k, a: k.select(k.abs(a) < 0.0, 1.0, a), False),
+        (lambda k, a: k.select(k.abs(a) > 1e-9, 1.0, a), False),
+        (lambda k, a: k.select(k.abs(a) > 1e-9, a, a * 2.0), False),
+        (lambda k, a: k.select(a > 1e-9, a, 1.0), False),
+        (lambda k, a: k.sqrt(k.max(a, 1e-9)), True),
+        (lambda k, a: k.max(a, 0.0), False),
+        (lambda k, a: k.exp2(a), False),
+        (lambda k, a: k.vec3(1.0, a, 2.0), False),
+        (lambda k, a: k.vec2(k.max(a, 1.0), -k.max(a, 2.0)), True),
+    ],
+)
+def test_divisors_that_cannot_be_zero(divisor, sure):
+    program = record_function(lambda k, s, a: {"x": divisor(k, a)}, {"a": "float"})
+    assert is_nonzero(program.outputs["x"]) is sure

@@ -23,8 +23,8 @@ MAY = {
     "ui": ({"numpy"} | BLENDER, {"core", "scene", "gpu", "ops", "ui"}),
     "": ({"numpy"} | BLENDER, {"core", "scene", "gpu", "evaluation", "ops", "ui", ""}),
 }
-# What ./dev installs and Blender lacks: only evaluation may use it, and only inside a function, so that a user's Blender
-# can import the module and say what is missing.
+# What ./dev installs and Blender lacks: only evaluation may use it, and only inside a function, so that a user's
+# Blender can import the module and say what is missing.
 DEVELOPMENT = {"matplotlib", "flip_evaluator", "skimage"}
 HARD_LIMIT, SOFT_LIMIT = 400, 250  # lines
 
@@ -116,7 +116,11 @@ def test_importing_the_package_touches_neither_blender_nor_its_gpu():
 
 def test_core_runs_without_blender():
     """Every module of core imports in a Python that has been told there is no bpy, gpu or mathutils."""
-    names = [".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for path in FILES if part_of(path) == "core"]
+    names = [
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+        for path in FILES
+        if part_of(path) == "core"
+    ]
     assert len(names) > 5
     code = "import sys, importlib\nfor name in ('bpy', 'gpu', 'mathutils'): sys.modules[name] = None\n" + "".join(
         f"importlib.import_module({name!r})\n" for name in names
@@ -126,7 +130,9 @@ def test_core_runs_without_blender():
 
 
 def test_files_stay_readable():
-    lengths = sorted(((len(path.read_text().splitlines()), str(path.relative_to(ROOT))) for path in FILES), reverse=True)
+    lengths = sorted(
+        ((len(path.read_text().splitlines()), str(path.relative_to(ROOT))) for path in FILES), reverse=True
+    )
     for lines, name in lengths:
         if lines > SOFT_LIMIT:
             print(f"longer than {SOFT_LIMIT} lines: {name} ({lines})")

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import scenes
+import hand_scenes as scenes
 
 from reflect_addon.core.look import Look
 

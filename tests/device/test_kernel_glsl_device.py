@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import random_kernels
-from compute import run_glsl
+from glsl_bench import run_glsl
 from tolerances import KERNEL_BRINK_SHARE
 
 from reflect_addon.core.asset import Asset

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import scenes
+import hand_scenes as scenes
 import tolerances
 
 from reflect_addon.core.snapshot import Material

@@ -1,5 +1,7 @@
 """Text of GLSL: literals, expressions, names, helper functions, and where uniforms lie. Used by glsl.py."""
 
+import re
+
 import numpy as np
 
 from .graph import SIZES, Node
@@ -109,7 +111,7 @@ class NameSpace:
         self.taken = set(taken) | RESERVED
 
     def new(self, wanted: str) -> str:
-        wanted = wanted.strip("_").replace("__", "_") or "value"
+        wanted = re.sub("_+", "_", wanted).strip("_") or "value"
         name, number = wanted, 1
         while name in self.taken or (number == 1 and name.startswith("gl_")):
             number += 1

@@ -166,6 +166,11 @@ def simplify(graph: Graph, op: str, kind: str, args: tuple[Node, ...], data: obj
             return args[1] if args[0].data[0] else args[2]
         if args[1] is args[2]:
             return args[1]
+    if op in ("max", "min") and args[1].op == "const" and args[0].op == op and args[0].type == kind:
+        bound, inner = args[1], args[0].args[1]  # max(max(x, 1), 0) is max(x, 1)
+        if inner.op == "const" and inner.type == bound.type == "float":
+            if FOLDS[op](inner.data[0], bound.data[0]) == inner.data[0]:
+                return args[0]
     if op == "vec" and constant:
         return graph.const(kind, *(v for a in args for v in a.data))
     if op == "swizzle":

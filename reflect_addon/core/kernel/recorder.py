@@ -3,15 +3,18 @@
 Everything is defined for every finite input, and the same in every emitter: sqrt of a negative number is 0, log2 of
 zero or less is that of the smallest normal float, normalize of a zero vector is zero. What is left to the kernel is
 division: x / 0 is infinite in NumPy and GLSL and merely huge in shader nodes, so divide by k.away_from_zero(x).
+exp2 and log2 are within a few roundings of each other, no more: GPUs say exp2(3) = 7.9999995, so never floor them.
 """
 
 import inspect
+import math
 from collections.abc import Callable
 
-from .graph import LETTERS, SIZES, VECTORS, Branch, Graph, KernelError, Loop
+from .graph import SIZES, VECTORS, Branch, Graph, KernelError, Loop
 from .values import Image, Value, compare, elementwise, lift
 
 SMALLEST = 1.1754944e-38  # the smallest normal float32: guards roots and logarithms; below it GPUs flush to 0
+MOST_STEPS = 65536  # a loop whose count comes from a damaged asset must still end: a hung GPU takes Blender with it
 
 
 class Recorder:
@@ -164,15 +167,18 @@ class Recorder:
     # Control flow.
 
     def loop(self, count, state: tuple, body: Callable) -> tuple[Value, ...]:
-        """Repeats body(i, *state) -> (new state, stop) count times; i is a float from 0. Once stop (a bool, or None for
-        never) holds, the new state of that step is kept and the loop ends. count: an int, or a float value (a uniform,
-        or different per ray). Names of the body's parameters are the states' names in emitted code."""
+        """Repeats body(i, *state) -> (new state, stop) while i < count; i is a float from 0. Once stop (a bool, or None
+        for never) holds, the new state of that step is kept and the loop ends. count: a number, or a float value (a
+        uniform, or different per ray), of which at most MOST_STEPS are done. Names of the body's parameters are the
+        states' names in emitted code."""
         graph = self.graph
         initial = tuple(lift(graph, s, "loop state") for s in state)
-        fixed = isinstance(count, int) and not isinstance(count, bool)
-        times = () if fixed else (lift(graph, count, "loop count"),)
-        if times and times[0].type != "float":
-            raise KernelError(f"loop: the count is a {times[0].node.describe()}, not an int or float")
+        limit = lift(graph, count, "loop count")
+        if limit.type != "float":
+            raise KernelError(f"loop: the count is a {limit.node.describe()}, not a float")
+        limit = self.min(limit, MOST_STEPS)
+        fixed = limit.node.op == "const"
+        times = () if fixed else (limit,)
         names = _parameter_names(body, 1 + len(initial))
         region = graph.open("loop")
         index = graph.new("index", "float", (), None, region, names[0])
@@ -187,7 +193,7 @@ class Recorder:
         if stop is not None:
             results += (self._condition(stop, "loop stop").node,)
         graph.close(results)
-        data = Loop(count if fixed else None, region, index, states, stop is not None)
+        data = Loop(math.ceil(limit.node.data[0]) if fixed else None, region, index, states, stop is not None)
         node = graph.new("loop", "tuple", tuple(v.node for v in initial + times), data, graph.region)
         return self._items(node, initial, names[1:])
 
@@ -228,4 +234,4 @@ class Recorder:
 
 def _parameter_names(body: Callable, count: int) -> list[str]:
     names = [p.name for p in inspect.signature(body).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD]
-    return [n.strip("_") or LETTERS[0] for n in names] if len(names) == count else ["step"] + ["state"] * (count - 1)
+    return [n.strip("_") or "unnamed" for n in names] if len(names) == count else ["step"] + ["state"] * (count - 1)

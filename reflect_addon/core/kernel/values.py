@@ -2,6 +2,8 @@
 
 import numbers
 
+import numpy as np
+
 from .graph import LETTERS, SIZES, VECTORS, Graph, KernelError, Node
 
 
@@ -73,7 +75,7 @@ def lift(graph: Graph, value, where: str) -> Value:
         if value.graph is not graph:
             raise KernelError(f"{where}: {value!r} was recorded by another kernel")
         return value
-    if isinstance(value, bool) or type(value).__name__ == "bool_":
+    if isinstance(value, bool | np.bool_):
         return Value(graph, graph.const("bool", value))
     if isinstance(value, numbers.Real):
         return Value(graph, graph.const("float", value))
