@@ -53,7 +53,7 @@ def linear_from_axis(u: np.ndarray) -> np.ndarray:
 
 
 def table_inputs() -> np.ndarray:
-    """(side, side, side, 3) float32 [blue, green, red]: scene-linear colours, after exposure, of the table's entries."""
+    """(side, side, side, 3) float32 [blue, green, red]: scene-linear colours (exposed) of the table's entries."""
     axis = linear_from_axis(np.linspace(0, 1, TABLE_SIDE))
     blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
     return np.stack([red, green, blue], -1).astype(np.float32)

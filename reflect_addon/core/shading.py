@@ -17,7 +17,7 @@ _CORNER = 1.0 / 7.0  # the cosine at which the F82 model is pinned: 82 degrees
 
 
 def material_rows(material: Material) -> list[list[float]]:
-    """The material as MATERIAL_TEXELS rows of 4 floats: base colour + metallic, specular tint + ior, weight + 3 spare."""
+    """MATERIAL_TEXELS rows of 4 floats: base colour + metallic, specular tint + ior, weight + 3 spare."""
     return [
         [*material.base_color, material.metallic],
         [*material.specular_tint, material.ior],

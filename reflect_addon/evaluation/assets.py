@@ -1,58 +1,39 @@
 """Assets for an evaluation: those beside the .blend when they are fresh, else baked and kept."""
 
 import os
+from functools import partial
 from pathlib import Path
 
 import bpy
 
-from ..core import methods as registry
 from ..core.asset import Asset
-from ..core.errors import ReflectError
-from ..core.snapshot import SceneSnapshot
+from ..core.snapshot import Instance, SceneSnapshot
+from ..scene.bake import bake_assets, load_assets
 from ..scene.places import assets_of
+from ..scene.raytrace import trace
 
 
 def assets_for(
     scene: bpy.types.Scene, snapshot: SceneSnapshot, method: str, out: Path, settings: dict | None, progress
 ) -> dict[str, Asset]:
-    """reflector object name -> asset of one method, joined with what it requires.
+    """Reflector name -> asset of one method, joined with what it requires.
 
-    Other settings than the defaults are baked below `out`, so that they do not replace what the user baked.
+    Other settings than the defaults are baked below `out`, so that they do not replace what the user baked; so are all
+    when the .blend was never saved or lies in a folder that cannot be written.
     """
-    from ..scene.bake import bake_assets, load_assets
-    from ..scene.raytrace import trace
-
     beside = assets_of(scene)
-    parent = beside if beside.exists() else beside.parent
-    while not parent.exists():
-        parent = parent.parent
-    folder = beside if not settings and bpy.data.filepath and os.access(parent, os.W_OK) else Path(out) / "assets"
-    wanted = {i.object_name for i in snapshot.reflectors()}
-    try:
-        found = load_assets(folder, method, snapshot)
-    except ReflectError as error:
-        progress(0.0, f"baking again: {error.message}")
-        found = {}
-    fresh = {
-        name
-        for name, asset in found.items()
-        if asset.inputs_hash == snapshot.geometry_hash and _as_asked(asset, method, settings)
-    }
-    if not wanted <= fresh and "" not in fresh:
-        progress(0.0, "baking")
-
-        def bound(rays, **more):
-            return trace(rays, scene=scene, **more)
-
-        bake_assets(snapshot, registry.with_required((method,)), None, folder, bound, progress, **_given(settings))
-        found = load_assets(folder, method, snapshot)
-    return found
+    use_beside = bool(bpy.data.filepath) and not settings and _writable(beside)
+    folder = beside if use_beside else Path(out) / "assets" / scene.name.replace("/", "_")
+    bake_assets(snapshot, (method,), folder, settings=settings, tracer=partial(trace, scene=scene), progress=progress)
+    return load_assets(snapshot, method, folder)
 
 
-def _as_asked(asset: Asset, method: str, settings: dict | None) -> bool:
-    asked = {**registry.get(method).DEFAULTS, **(settings or {})}
-    return all(asset.settings.get(k, v) == v for k, v in asked.items())
+def asset_of(assets: dict[str, Asset], reflector: Instance) -> Asset | None:
+    """The asset that answers for a reflector: its own, its object's, or the one for all."""
+    return assets.get(reflector.name) or assets.get(reflector.object_name) or assets.get("")
 
 
-def _given(settings: dict | None) -> dict:
-    return {"settings": settings} if settings else {}
+def _writable(folder: Path) -> bool:
+    while not folder.exists():
+        folder = folder.parent
+    return os.access(folder, os.W_OK)

@@ -12,6 +12,7 @@ from ..core.kernel import Counts, record, run_numpy
 from ..core.look import Look
 from ..core.rays import Answer, RayMap, Rays
 from ..core.snapshot import SceneSnapshot
+from .assets import asset_of
 from .raymap_numpy import numpy_ray_map
 
 TIMED = {"repeats": 3, "frames": 2}
@@ -30,7 +31,7 @@ class _Backend:
         count = len(rays)
         out = Answer(*(np.zeros(s, np.float32) for s in ((count, 3), (count,), (count, 3), (count,))))
         for index, instance in enumerate(self.snapshot.reflectors()):
-            asset = self.assets.get(instance.object_name, self.assets.get(""))
+            asset = asset_of(self.assets, instance)
             chosen = owner == index
             if asset is None or not chosen.any():
                 continue
@@ -62,6 +63,7 @@ class NumpyBackend(_Backend):
         return run_numpy(self._programs[id(asset)], asset, rays, counts=self._work)
 
     def cost(self) -> dict:
+        self.answer()  # warm-up
         work = {"fetches_per_ray": self._work.fetches_per_ray, "steps_per_ray": self._work.steps_per_ray}
         times = []
         for _ in range(3):
@@ -106,16 +108,17 @@ class GpuBackend(_Backend):
         return trace_rays(asset, registry.get(asset.kind).trace, rays, 0.0, 0.0, half=True)
 
     def cost(self) -> dict:
-        time = self._renderer.time(self.camera, **TIMED)
+        self._renderer.picture(self.camera)  # first: what a new size allocates and compiles is no frame's work
         before = self._renderer.counts()
         self._renderer.picture(self.camera)
         counts = {k: v - before[k] for k, v in self._renderer.counts().items()}
+        time = self._renderer.time(self.camera, **TIMED)
         work = Counts()
         rays = self.ray_map.rays()
         step = max(len(rays) // 4096, 1)  # counts of a sample of the rays, in NumPy: the same kernel, the same work
         owner = self.ray_map.reflector[self.ray_map.covered()][::step]
         for index, instance in enumerate(self.snapshot.reflectors()):
-            asset = self.assets.get(instance.object_name, self.assets.get(""))
+            asset = asset_of(self.assets, instance)
             chosen = owner == index
             if asset is not None and chosen.any():
                 some = Rays(rays.origin[::step][chosen], rays.direction[::step][chosen])

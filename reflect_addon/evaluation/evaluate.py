@@ -22,7 +22,7 @@ from ..core.rays import Answer, RayMap, Rays
 from ..core.snapshot import SceneSnapshot
 from ..scene.look import read_look
 from . import eye, maps
-from .assets import assets_for
+from .assets import asset_of, assets_for
 from .backends import GpuBackend, NumpyBackend
 from .frame import open_frame
 from .png import write_png
@@ -87,7 +87,7 @@ def evaluate(
                 scene, snapshot, name, out, settings, lambda s, t: say(share + s * 0.3 / len(methods), f"{name}: {t}")
             )
             say(share + 0.4 / len(methods), f"{name}: drawing, comparing and timing")
-            rows.append(_row(judged, name, assets, backend, out))
+            rows.append(_row(judged, name, assets, backend, out, settings or {}))
     rows = _with_ratios(rows)
     write_rows(rows, out)
     say(1.0, f"wrote {out / 'results.json'}")
@@ -143,7 +143,7 @@ def named_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object |
     return found
 
 
-def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path) -> Row:
+def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path, asked: dict) -> Row:
     mask = judged.ray_map.covered()
     run = BACKENDS[backend](judged.snapshot, assets, judged.look, judged.camera, judged.ray_map)
     answer = run.answer()
@@ -157,7 +157,7 @@ def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path) -> Ro
     bad = metrics.nonfinite(answer.radiance, answer.coverage, answer.position)
     if bad:
         notes.append("Values that are not finite count as black in the errors.")
-    unanswered = sorted({i.object_name for i in judged.snapshot.reflectors()} - assets.keys()) if "" not in assets else []
+    unanswered = sorted(i.name for i in judged.snapshot.reflectors() if asset_of(assets, i) is None)
     if unanswered:
         notes.append(f"No asset answers for: {', '.join(unanswered)}.")
     kinds = list({id(a): a for a in assets.values()}.values())
@@ -168,7 +168,7 @@ def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path) -> Ro
         frame=judged.snapshot.frame,
         size=f"{judged.camera.width}x{judged.camera.height}",
         method=name,
-        settings={**first, "truth_samples": judged.samples, "truth_seeds": list(SEEDS)},
+        settings={**asked, **first, "truth_samples": judged.samples, "truth_seeds": list(SEEDS)},
         device=run.device,
         backend=run.backend,
         blender=bpy.app.version_string,

@@ -101,7 +101,7 @@ class Fill:
 def trace_rays(
     asset: Asset, kernel: Callable, rays: Rays, width, spread, counts: Counts | None = None, half: bool = False
 ) -> Answer:
-    """The kernel's answer to any rays, through the fill shader. width, spread: floats or (N,). Answer fields are (N, ...).
+    """The kernel's answer to any rays, through the fill shader; fields of the answer are (N, ...). width, spread: (N,) or numbers.
 
     Radiance is kept in float32 unless `half` asks for the viewport's RGBA16F, whose rounding alone is 5e-4.
     """

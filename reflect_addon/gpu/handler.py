@@ -30,8 +30,9 @@ def viewport_camera(region, region_data) -> Camera:
 
 
 def draw(context):
-    """Draw the scene's reflections into the bound framebuffer. context: anything with scene.name, region (width, height)
-    and region_data (view_matrix, window_matrix). The first failure is kept as the session's message and ends its drawing.
+    """Draw the scene's reflections into the bound framebuffer. context: anything with scene.name, region (width,
+    height) and region_data (view_matrix, window_matrix). The first failure becomes the session's message and ends its
+    drawing.
     """
     viewport_session.free_retired()
     found = viewport_session.session(context.scene.name)
@@ -47,7 +48,7 @@ def draw(context):
 
 
 def has_surfaces(space) -> bool:
-    """Whether this 3D view shows surfaces and has their depth: not in wireframe, and EEVEE writes it only with overlays."""
+    """Whether this 3D view shows surfaces and has their depth: not wireframe, and EEVEE writes it only with overlays."""
     if space.shading.type == "WIREFRAME":
         return False
     return space.shading.type == "SOLID" or space.overlay.show_overlays

@@ -115,7 +115,8 @@ def _exists(shader, name: str) -> bool:
     return True
 
 
-_cache: dict[str, Program] = {}
+_cache: dict[str, Program] = {}  # by the hash of the sources
+_known: dict[ProgramInfo, Program] = {}  # so that a draw neither reads files nor hashes
 
 
 def program(info: ProgramInfo, counts: Counts | None = None) -> Program:
@@ -123,6 +124,8 @@ def program(info: ProgramInfo, counts: Counts | None = None) -> Program:
 
     Raises RuntimeError naming the program and its files when the driver refuses it (its log is on the console).
     """
+    if info in _known:
+        return _known[info]
     generated = dict(info.generated)
     vertex, fragment = resolve_includes(info.vertex, generated), resolve_includes(info.fragment, generated)
     key = hashlib.sha256(repr((info, vertex, fragment)).encode()).hexdigest()
@@ -130,6 +133,7 @@ def program(info: ProgramInfo, counts: Counts | None = None) -> Program:
         _cache[key] = Program(info, _compile(info, vertex, fragment))
         if counts is not None:
             counts.compiles += 1
+    _known[info] = _cache[key]
     return _cache[key]
 
 
@@ -138,6 +142,7 @@ def forget_programs():
     if _cache:
         ensure().shader.unbind()
         _cache.clear()
+        _known.clear()
 
 
 def _compile(info: ProgramInfo, vertex: str, fragment: str):
@@ -174,7 +179,7 @@ def _compile(info: ProgramInfo, vertex: str, fragment: str):
 
 
 def call_text(kernel, arguments: dict[str, str], prefix: str = "") -> str:
-    """Statements that call an emitted kernel: arguments give its inputs as GLSL, its outputs become variables prefix + name."""
+    """Statements that call an emitted kernel: arguments are its inputs as GLSL, outputs become variables prefix + name."""
     results = [f"  {kind} {prefix}{name};\n" for name, kind in kernel.outputs.items()]
     values = [arguments[name] for name in kernel.inputs] + [prefix + name for name in kernel.outputs]
     return "".join(results) + f"  {kernel.function}({', '.join(values)});\n"

@@ -1,6 +1,6 @@
-"""The ray map: reflectors rasterised once, behind everything that hides them (popescu-2006 5.1: shade only what is seen).
+"""The ray map: reflectors rasterised once, behind all that hides them (popescu-2006 5.1: shade only what is seen).
 
-Where several surfaces lie in a pixel, the nearest wins, as in any depth-buffered picture; transparency is not looked at.
+Where several surfaces lie in a pixel, the nearest wins, as in any depth-buffered picture; transparency is ignored.
 """
 
 from dataclasses import dataclass

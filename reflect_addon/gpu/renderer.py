@@ -164,8 +164,8 @@ class Renderer:
         )
 
     def picture(self, camera: Camera, background: np.ndarray | None = None, space: str = "linear") -> np.ndarray:
-        """(H, W, 4) float32, row 0 at the bottom: background ((H, W, 3) scene-linear: everything but the mirror-like part
-        of the reflectors) plus reflections; space 'linear', or 'display' (developed and encoded, for a PNG).
+        """(H, W, 4) float32, row 0 at the bottom: background ((H, W, 3) scene-linear: all but the mirror-like part of
+        the reflectors) plus reflections; space 'linear', or 'display' (developed and encoded, for a PNG).
 
         Without a background alpha is 1 on reflectors and 0 elsewhere."""
         with drawing_state():
@@ -274,7 +274,7 @@ class Renderer:
         return self._fill(asset, positions).source
 
     def free(self):
-        """Let go of every texture and buffer. The renderer cannot draw afterwards; shaders stay in the session's cache."""
+        """Let go of every texture and buffer. It cannot draw afterwards; shaders stay in the session's cache."""
         self.gpu.shader.unbind()
         self._meshes, self._fills, self._answers = {}, {}, {}
         self._rays = self._raymap = self._materials = self._look = self._resolve = None

@@ -40,7 +40,7 @@ def test_normal_incidence_and_grazing():
 
 
 def test_brewster_and_total_reflection():
-    """At Brewster's angle only the s-polarised half reflects; from the dense side beyond the critical angle all of it."""
+    """At Brewster's angle only the s-polarised half reflects; from the dense side past the critical angle, all."""
     brewster = np.cos(np.arctan(1.5))
     found, _ = reflectance_of(Material("glass", ior=1.5), np.array([brewster]))
     assert found[0, 0] == pytest.approx(0.5 * ((1.5**2 - 1) / (1.5**2 + 1)) ** 2, abs=1e-5)

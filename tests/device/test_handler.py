@@ -173,3 +173,67 @@ def test_scene_changes_mark_dirty(fresh_file):
         assert session.sessions() == ()
     finally:
         handler.unregister()
+
+
+def test_over_a_real_viewport(device, fresh_file):
+    """Solid shading of a sphere behind a box, then our draw: all of the sphere that is seen, nothing of the box."""
+    from mathutils import Matrix
+
+    from reflect_addon.core.look import Look
+    from reflect_addon.gpu import handler, session
+
+    bpy = fresh_file
+    bpy.ops.wm.read_factory_settings(use_empty=False)
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    for name, mesh, matrix in (
+        ("ball", scenes.sphere_mesh(), scenes.placed()),
+        ("box", scenes.cube_mesh(), scenes.placed((0.8, -2, 0), 0.4)),
+    ):
+        made = bpy.data.meshes.new(name)
+        made.from_pydata(mesh.positions.tolist(), [], mesh.triangles.tolist())
+        thing = bpy.data.objects.new(name, made)
+        thing.matrix_world = Matrix(matrix.tolist())
+        scene.collection.objects.link(thing)
+    layer.update()
+    area = next(a for a in bpy.context.screen.areas if a.type == "VIEW_3D")
+    space, region = area.spaces.active, next(r for r in area.regions if r.type == "WINDOW")
+    space.shading.type, space.overlay.show_overlays = "SOLID", False
+    # Ours knows the ball alone: the box hides it by the viewport's depth.
+    snapshot = scenes.snapshot(("ball", scenes.sphere_mesh(), scenes.placed(), scenes.MIRROR))
+    view = session.ViewportSession(lambda: snapshot, lambda last: Look(), kernel=scenes.kernels)
+    view.set_assets("white", {"": scenes.white_asset()})
+    session.set_session(scene.name, view)
+    view.refresh()
+    camera = scenes.camera((0, -5, 1), (0, 0, 0), (128, 96), near=0.1, far=100)
+    screen = device.types.GPUOffScreen(128, 96, format="RGBA8")
+    view_matrix = np.linalg.inv(camera.world_from_camera)
+    try:
+        screen.draw_view3d(
+            scene, layer, space, region, Matrix(view_matrix.tolist()), Matrix(camera.clip_from_camera.tolist())
+        )
+        with screen.bind():
+            framebuffer = device.state.active_framebuffer_get()
+            framebuffer_depth = np.array(framebuffer.read_depth(0, 0, 128, 96).to_list())
+            framebuffer.clear(color=(0, 0, 0, 0))
+            handler.draw(
+                SimpleNamespace(
+                    scene=scene,
+                    region=SimpleNamespace(width=128, height=96),
+                    region_data=SimpleNamespace(view_matrix=view_matrix, window_matrix=camera.clip_from_camera),
+                )
+            )
+            drawn_mask = np.array(framebuffer.read_color(0, 0, 128, 96, 4, 0, "FLOAT").to_list())[..., 3] > 0.5
+        rays = view.current_renderer().ray_map(camera)
+    finally:
+        session.end_all()
+        screen.free()
+    assert view.message == ""
+    ball = rays.covered()
+    clip = np.concatenate([rays.origin, np.ones((96, 128, 1))], -1) @ camera.clip_from_world().T
+    ours = (clip[..., 2] / np.where(clip[..., 3] == 0, 1, clip[..., 3])) * 0.5 + 0.5
+    hidden = ball & (framebuffer_depth < ours - 1e-3)
+    assert hidden.sum() > 50 and not drawn_mask[hidden].any()
+    seen = ball & ~hidden
+    assert seen.sum() > 1000 and drawn_mask[seen].mean() > 0.999

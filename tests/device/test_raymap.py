@@ -31,7 +31,7 @@ def assert_finite(found):
 @pytest.mark.parametrize("ortho", [None, 2.5])
 @pytest.mark.parametrize("centre", [(0, 0, 0), (1000.0, -2000.0, 500.0)])
 def test_sphere_against_analytic(renderer, ortho, centre):
-    """Direction and normal on a mirror sphere, also far from the world's origin, where the eye-relative matrices count."""
+    """Direction and normal on a mirror sphere, also far from the world's origin, where eye-relative matrices count."""
     centre = np.array(centre)
     camera = scenes.camera(centre + [1, -5, 2], centre, fov=0.5, ortho=ortho)
     found = renderer(("ball", scenes.sphere_mesh(256, 128), scenes.placed(centre), scenes.MIRROR)).ray_map(camera)
@@ -48,7 +48,8 @@ def test_sphere_against_analytic(renderer, ortho, centre):
     # Away from the silhouette, where a tessellated outline differs and grazing directions are lifted.
     inner = root > 0.05
     point = (offset + view * (-along - np.sqrt(np.maximum(root, 0)))[:, None])[inner]
-    assert np.abs(found.origin[mask][inner] - centre - point).max() < tolerances.SPHERE_FACETS + 1e-7 * np.abs(centre).max()
+    rounding = 1e-7 * np.abs(centre).max()
+    assert np.abs(found.origin[mask][inner] - centre - point).max() < tolerances.SPHERE_FACETS + rounding
     # The normal of a faceted sphere is exact at the point on the facet, which is on the view ray.
     if np.abs(centre).max() == 0:
         on_facet = unit(found.origin[mask][inner].astype(np.float64))

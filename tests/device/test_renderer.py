@@ -121,7 +121,8 @@ def test_attenuation_and_its_absence(make):
     from reflect_addon.gpu.resolve import Resolve
 
     snapshot = two_balls()
-    plain, faded = make(snapshot, {"": scenes.white_asset()}), make(snapshot, {"": scenes.white_asset()}, attenuation=1.0)
+    plain = make(snapshot, {"": scenes.white_asset()})
+    faded = make(snapshot, {"": scenes.white_asset()}, attenuation=1.0)
     first, second = plain.picture(CAMERA), faded.picture(CAMERA)
     assert np.allclose(second[..., :3], first[..., :3] / 2, atol=1e-4)
     sources = []
@@ -181,9 +182,8 @@ def test_empty_scenes_and_meshes(make):
     assert not empty.ray_map(CAMERA).covered().any()
     assert empty.picture(CAMERA, np.full((64, 96, 3), 0.5))[..., :3] == pytest.approx(0.5)
     mesh = scenes.quad_mesh()
-    bare = replace(
-        mesh, triangles=mesh.triangles[:0], corner_normals=mesh.corner_normals[:0], material_index=mesh.material_index[:0]
-    )
+    none = {name: getattr(mesh, name)[:0] for name in ("triangles", "corner_normals", "material_index")}
+    bare = replace(mesh, **none)
     broken = replace(mesh, positions=np.full_like(mesh.positions, np.nan))
     for bad in (bare, broken):
         renderer = make(scenes.snapshot(("bad", bad, scenes.placed(), scenes.MIRROR)), {"": scenes.white_asset()})

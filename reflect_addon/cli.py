@@ -1,0 +1,179 @@
+"""The command line: `./dev reflect VERB FILE ...`, `python -m reflect_addon.cli`, `blender -b FILE --command reflect VERB ...`.
+
+Exit status: 0 done, 1 the work failed, 2 wrong usage. Progress goes to standard error, results to standard output.
+"""
+
+import argparse
+import json
+import os
+import re
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from .core.errors import ReflectError
+
+LARGEST_SIDE = 16384  # px: what graphics cards take
+LARGEST_AREA = 1 << 26  # px: 64 million float4 pixels are 1 GiB
+EXAMPLE = "for example 240x180"
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Runs one verb and returns the exit status; wrong usage exits with 2 as argparse does."""
+    arguments = parser().parse_args(sys.argv[1:] if argv is None else list(argv))
+    with _own_output():
+        return _run(arguments)
+
+
+def _run(arguments) -> int:
+    try:
+        from . import verbs
+
+        getattr(verbs, arguments.verb)(arguments)
+    except ReflectError as error:
+        return _failed(arguments, error.message, error.remedy)
+    except KeyboardInterrupt:
+        return _failed(arguments, "Cancelled.", "Nothing half-written was left behind.")
+    except BrokenPipeError:
+        return 1  # the reader of our output has gone
+    except Exception as error:  # a bug, or a machine in trouble: one line for the user, the whole story on request
+        if arguments.debug:
+            traceback.print_exc()
+        what = " ".join(str(error).split()) or "no reason given"
+        return _failed(arguments, f"{arguments.verb} failed: {type(error).__name__}: {what}.", "Add --debug for details.")
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """One parser for every way in."""
+    top = argparse.ArgumentParser(prog="reflect", description="Bake, draw and judge reflections of a .blend.")
+    verbs = top.add_subparsers(dest="verb", required=True, metavar="VERB")
+
+    analyse = _verb(verbs, "analyse", "what is shiny in the scene, and which reflections are baked")
+    analyse.add_argument("--json", action="store_true", help="machine-readable output")
+
+    bake = _verb(verbs, "bake", "make the assets of methods")
+    bake.add_argument("--methods", required=True, metavar="A,B", help="methods, separated by commas, or all")
+    bake.add_argument("--objects", metavar="NAMES", help="only these reflectors, separated by commas")
+    bake.add_argument("--out", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+    bake.add_argument("--again", action="store_true", help="bake what is fresh too")
+    bake.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
+    _settings(bake)
+
+    render = _verb(verbs, "render", "one picture")
+    render.add_argument("--method", required=True, metavar="A")
+    render.add_argument("--out", type=_picture, required=True, metavar="PICTURE.png|.exr")
+    render.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+    _view(render, default_samples=16)
+    _settings(render, samples=False)
+
+    evaluate = _verb(verbs, "evaluate", "how wrong, how fast, how large: results.json and pictures")
+    evaluate.add_argument("--methods", required=True, metavar="A,B|all")
+    evaluate.add_argument("--out", type=Path, required=True, metavar="DIR")
+    evaluate.add_argument("--backend", choices=("gpu", "numpy", "eevee"), default="gpu")
+    _view(evaluate, default_samples=64)
+    _settings(evaluate, samples=False)
+
+    shader = _verb(verbs, "shader", "print the GLSL that a method becomes")
+    shader.add_argument("--method", required=True, metavar="A")
+    shader.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+
+    report = verbs.add_parser("report", help="one HTML page from results.json files")
+    report.add_argument("folders", nargs="+", type=Path, metavar="DIR")
+    report.add_argument("--out", type=Path, required=True, metavar="DIR")
+
+    bench = verbs.add_parser("bench", help="the papers' targets, measured")
+    bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "all"))
+    bench.add_argument("--out", type=Path, required=True, metavar="DIR")
+
+    for verb in verbs.choices.values():
+        verb.add_argument("--debug", action="store_true", help="show where an unexpected error came from")
+    return top
+
+
+def _verb(verbs, name: str, text: str) -> argparse.ArgumentParser:
+    verb = verbs.add_parser(name, help=text, description=text.capitalize() + ".")
+    verb.add_argument("file", nargs="?", type=Path, metavar="FILE.blend", help="may be left out when a file is open")
+    verb.add_argument("--scene", metavar="NAME", help="default: the file's active scene")
+    return verb
+
+
+def _view(verb, default_samples: int) -> None:
+    verb.add_argument("--size", type=_size, required=True, metavar="WxH")
+    verb.add_argument("--camera", metavar="NAME", help="default: the scene's")
+    verb.add_argument("--frame", type=int, metavar="N", help="default: the file's current frame")
+    verb.add_argument("--samples", type=_positive, default=default_samples, metavar="N", help="Cycles' paths per pixel")
+
+
+def _settings(verb, samples: bool = True) -> None:
+    verb.add_argument("--resolution", type=_positive, metavar="N", help="of the baked images, texels")
+    verb.add_argument("--set", type=_setting, action="append", default=[], metavar="NAME=VALUE", help="a method's setting")
+    if samples:
+        verb.add_argument("--samples", type=_positive, metavar="N", help="Cycles' paths per texel")
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,9})x(\d{1,9})", text.strip().lower())
+    if not match:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a size; write WIDTHxHEIGHT, {EXAMPLE}")
+    width, height = int(match[1]), int(match[2])
+    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE and width * height <= LARGEST_AREA):
+        raise argparse.ArgumentTypeError(
+            f"{width}x{height} is not possible; sides are 1 to {LARGEST_SIDE} and at most {LARGEST_AREA:,} pixels, {EXAMPLE}"
+        )
+    return width, height
+
+
+def _positive(text: str) -> int:
+    if not re.fullmatch(r"\d{1,6}", text) or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 to 999999")
+    return int(text)
+
+
+def _setting(text: str) -> tuple[str, object]:
+    name, equals, value = text.partition("=")
+    if not (name and equals):
+        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=VALUE")
+    try:
+        return name, json.loads(value)
+    except ValueError:
+        return name, value  # a word
+
+
+def _picture(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in {".png", ".exr"}:
+        raise argparse.ArgumentTypeError(f"'{text}' must end in .png or .exr")
+    return path
+
+
+@contextmanager
+def _own_output() -> Iterator[None]:
+    """Blender writes what it reads and saves to standard output, where results belong: for this block that goes to standard
+    error, and only Python's own print reaches standard output."""
+    sys.stdout.flush()
+    kept, before = os.dup(1), sys.stdout
+    sys.stdout = os.fdopen(kept, "w", encoding="utf-8", errors="backslashreplace")
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        stream, sys.stdout = sys.stdout, before
+        try:
+            stream.close()
+        except BrokenPipeError:
+            pass  # nobody reads the rest
+
+
+def _failed(arguments, message: str, remedy: str) -> int:
+    if getattr(arguments, "json_progress", False):
+        print(json.dumps({"error": message, "remedy": remedy}), flush=True)
+    print(f"reflect: {message} {remedy}", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

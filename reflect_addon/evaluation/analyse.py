@@ -1,0 +1,90 @@
+"""What Reflect sees in a scene: reflectors, what was simplified, what each method costs, what is baked and stale."""
+
+import bpy
+
+from ..core import methods as registry
+from ..core.errors import ReflectError
+from ..scene.bake import is_stale, load_assets
+from ..scene.places import assets_of
+from .frame import open_frame
+
+
+def analyse_scene(scene: bpy.types.Scene) -> dict:
+    """JSON-ready: scene, reflectors, warnings, methods with the state and bytes of their assets."""
+    folder = assets_of(scene)
+    with open_frame(scene, None) as snapshot:
+        reflectors = []
+        for instance in snapshot.reflectors():
+            low, high = snapshot.bounds([instance])
+            materials = [snapshot.materials[m] for m in dict.fromkeys(instance.materials)]
+            reflectors.append(
+                {
+                    "name": instance.name,
+                    "mark": instance.mark,
+                    "triangles": len(snapshot.meshes[instance.mesh].triangles),
+                    "size_m": [round(float(v), 6) for v in high - low],
+                    "materials": [
+                        {"name": m.name, "metallic": m.metallic, "roughness": m.roughness, "simplified": list(m.simplified)}
+                        for m in materials
+                    ],
+                }
+            )
+        methods = [_method(name, snapshot, folder) for name in registry.names()]
+    return {
+        "file": bpy.data.filepath,
+        "scene": scene.name,
+        "frame": snapshot.frame,
+        "objects": len(snapshot.instances),
+        "triangles": sum(len(snapshot.meshes[i.mesh].triangles) for i in snapshot.instances),
+        "diagonal_m": snapshot.diagonal(),
+        "assets": str(folder),
+        "reflectors": reflectors,
+        "methods": methods,
+        "warnings": list(snapshot.warnings),
+    }
+
+
+def _method(name: str, snapshot, folder) -> dict:
+    """State: 'not baked', 'fresh', 'stale', 'incomplete', or why it cannot be read. Predicted: of the cube map alone, the
+    part whose size the settings fix."""
+    try:
+        assets = load_assets(snapshot, name, folder)
+    except ReflectError as error:
+        return {"name": name, "state": f"unreadable: {error.message}", "bytes": None, "predicted_bytes": _predicted(name, snapshot)}
+    if not assets:
+        state = "not baked"
+    elif any(is_stale(snapshot, a) for a in assets.values()):
+        state = "stale"
+    else:
+        state = "fresh" if len(assets) == len(snapshot.reflectors()) else "incomplete"
+    size = sum(a.bytes() for a in assets.values()) if assets else None
+    return {"name": name, "state": state, "bytes": size, "predicted_bytes": _predicted(name, snapshot)}
+
+
+def _predicted(name: str, snapshot) -> int:
+    """Half floats of the cube maps in a method and what it requires, with a third for mip levels."""
+    kinds = registry.with_required((name,))
+    texels = [6 * int(registry.get(k).DEFAULTS.get("resolution", 0)) ** 2 for k in kinds]
+    return int(sum(texels) * 8 * 4 / 3) * len(snapshot.reflectors())
+
+
+def as_text(found: dict) -> str:
+    lines = [
+        f"{found['scene']}, frame {found['frame']}: {found['objects']} objects, {found['triangles']:,} triangles, "
+        f"{found['diagonal_m']:.4g} m across",
+        f"{len(found['reflectors'])} reflectors" if found["reflectors"] else "No reflector: nothing is metallic or glossy "
+        "enough. Mark an object in the Reflect panel, or lower a material's roughness.",
+    ]
+    for r in found["reflectors"]:
+        size = " x ".join(f"{v:.3g}" for v in r["size_m"])
+        mark = "" if r["mark"] == "AUTO" else f", marked {r['mark'].lower()} by hand"
+        lines.append(f"  {r['name']}: {r['triangles']:,} triangles, {size} m{mark}")
+        for m in r["materials"]:
+            lines.append(f"    {m['name']}: metallic {m['metallic']:.2g}, roughness {m['roughness']:.2g}")
+            lines += [f"      simplified: {s}" for s in m["simplified"]]
+    lines.append(f"Assets in {found['assets']}:")
+    for m in found["methods"]:
+        size = f"{m['bytes'] / 1e6:.2f} MB" if m["bytes"] else f"about {m['predicted_bytes'] / 1e6:.2f} MB to bake"
+        lines.append(f"  {m['name']}: {m['state']}, {size}")
+    lines += [f"Warning: {w}" for w in found["warnings"]]
+    return "\n".join(lines)

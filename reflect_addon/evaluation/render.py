@@ -1,0 +1,63 @@
+"""One picture: Cycles' frame without its mirror part, and a method's reflections in its place."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.errors import ReflectError
+from ..scene.bake import load_assets
+from ..scene.camera import camera_of
+from ..scene.exr import write_exr
+from ..scene.look import read_look
+from ..scene.raytrace import primary
+from .assets import asset_of, assets_for
+from .evaluate import named_camera
+from .frame import open_frame
+from .png import write_png
+
+
+def render_picture(
+    scene: bpy.types.Scene,
+    method: str,
+    size: tuple[int, int],
+    out: Path,
+    *,
+    camera: str | None = None,
+    frame: int | None = None,
+    samples: int = 16,
+    assets: Path | None = None,
+    settings: dict | None = None,
+    progress=None,
+) -> None:
+    """Writes `out`: .png through the scene's view transform, .exr scene-linear. Assets come from the folder `assets`, or
+    are those beside the .blend, baked when they are missing or stale."""
+    from ..gpu.renderer import Renderer
+
+    say = progress or (lambda share, text: None)
+    with open_frame(scene, frame) as snapshot:
+        view = camera_of(scene, named_camera(scene, camera), *size)
+        if assets is None:
+            loaded = assets_for(scene, snapshot, method, out.parent, settings, lambda s, t: say(0.5 * s, t))
+        else:
+            loaded = load_assets(snapshot, method, assets)
+            missing = [i.name for i in snapshot.reflectors() if asset_of(loaded, i) is None]
+            if missing:
+                raise ReflectError(
+                    f"{assets} has no {method} asset of {', '.join(missing)}.",
+                    f"Make it with: reflect bake FILE.blend --methods {method} --out {assets}.",
+                )
+        say(0.5, "tracing the frame")
+        seen = primary(view, samples=samples, scene=scene, progress=lambda s, t: say(0.5 + 0.4 * s, t))
+        renderer = Renderer(snapshot, loaded, look=read_look(scene))
+        covered = renderer.ray_map(view).covered()[..., None]
+        background = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)
+        space = "linear" if out.suffix.lower() == ".exr" else "display"
+        picture = renderer.picture(view, background, space)[..., :3]
+        renderer.free()
+    if space == "linear":
+        out.parent.mkdir(parents=True, exist_ok=True)
+        write_exr(out, picture)
+    else:
+        write_png(out, picture)
+    say(1.0, f"wrote {out}")
