@@ -181,12 +181,12 @@ def story():
     _window, _area, _region, space = desktop.view3d()
     space.shading.type = "MATERIAL"
     space.shading.use_scene_world = space.shading.use_scene_lights = True
-    yield 25.0
+    yield 10.0
     scene().reflect.method = "OFF"
-    yield 25.0
+    yield 10.0
     eevee = picture("12-eevee-off")
     scene().reflect.method = methods[-1]
-    yield 30.0
+    yield 12.0
     results["changed in EEVEE"] = changed(eevee, picture("13-eevee-on"))
     assert results["changed in EEVEE"] > 0.005
 
