@@ -53,6 +53,7 @@ class SceneSnapshot:
     meshes: tuple[Mesh, ...]
     materials: tuple[Material, ...]
     instances: tuple[Instance, ...]
+    lamps: tuple[Instance, ...] = ()  # lights with a size that mirrors show; cameras do not see them
     geometry_hash: str = ""  # sha256 over meshes, transforms, materials, lights and world: what an asset depends on
     warnings: tuple[str, ...] = field(default=())  # objects left out, and why
 

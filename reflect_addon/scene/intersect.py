@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import bpy  # noqa: F401  the pip module makes mathutils known
 import numpy as np
 from mathutils.bvhtree import BVHTree
 

@@ -12,6 +12,7 @@ from ..core.snapshot import Instance, Material, Mesh, SceneSnapshot
 from ..core.spaces import FAR
 from .fingerprint import Fingerprint
 from .geometry import read_mesh
+from .lamps import lamp_mesh
 from .materials import reflect_material
 from .properties import mark_of
 from .restore import Change, attributes
@@ -48,8 +49,9 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         tuple(reader.meshes),
         tuple(reader.materials),
         tuple(reader.instances),
-        reader.fingerprint.hexdigest(),
-        tuple(reader.warnings),
+        lamps=tuple(reader.lamps),
+        geometry_hash=reader.fingerprint.hexdigest(),
+        warnings=tuple(reader.warnings),
     )
 
 
@@ -85,8 +87,9 @@ class _Reader:
         self.meshes: list[Mesh] = []
         self.materials: list[Material] = []
         self.instances: list[Instance] = []
+        self.lamps: list[Instance] = []
         self.warnings: list[str] = []
-        self._boxes: list[np.ndarray] = []  # (8, 3) float64 corners of each mesh's bounding box, object space
+        self._boxes: dict[int, np.ndarray] = {}  # mesh -> (8, 3) float64 corners of its bounding box, object space
         self._mesh_index: dict[tuple[int, bool], int | None] = {}
         self._material_index: dict[str | None, int] = {}
         self._duplis: Counter[str] = Counter()
@@ -99,6 +102,7 @@ class _Reader:
         matrix = np.array(dupli.matrix_world, np.float64)
         if obj.type == "LIGHT":
             self.fingerprint.light(obj, matrix)
+            return self._lamp(obj, original.name, matrix, dupli.is_instance)
         name = original.name
         if obj.type in WITH_FACES:
             self._expected[name] = None
@@ -132,6 +136,16 @@ class _Reader:
         self.instances.append(instance)
         self.fingerprint.instance(obj, instance)
 
+    def _lamp(self, obj, name: str, matrix: np.ndarray, is_dupli: bool) -> None:
+        mesh = lamp_mesh(obj.data) if obj.visible_glossy and np.isfinite(matrix).all() else None
+        # A lamp turned to nothing by its scale shines on nothing.
+        if mesh is None or not np.linalg.norm(matrix[:3, :3], axis=0).all() or np.abs(matrix).max() > FAR:
+            return
+        self.meshes.append(mesh)
+        self.fingerprint.mesh(mesh)
+        unique = self._unique(name, is_dupli)
+        self.lamps.append(Instance(unique, name, len(self.meshes) - 1, matrix, (), mark="NO"))
+
     def _mesh(self, obj, name: str, mirrored: bool) -> int | None:
         key = (obj.data.as_pointer(), mirrored)
         if key not in self._mesh_index:
@@ -142,7 +156,7 @@ class _Reader:
                 self._mesh_index[key] = len(self.meshes)
                 self.meshes.append(mesh)
                 low, high = mesh.positions.min(0), mesh.positions.max(0)
-                self._boxes.append(np.array(list(product(*zip(low, high))), np.float64))
+                self._boxes[len(self.meshes) - 1] = np.array(list(product(*zip(low, high))), np.float64)
                 self.fingerprint.mesh(mesh)
             else:
                 self._mesh_index[key] = None

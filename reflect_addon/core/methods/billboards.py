@@ -68,7 +68,7 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     corners = np.array([[(low, high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
     quads: list[Quad] = []
     whole: dict[str, bool] = {}
-    for instance in job.scene.instances:
+    for instance in (*job.scene.instances, *job.scene.lamps):
         if instance.object_name == job.reflector.object_name or not instance.visible_glossy:
             continue
         flat, complete = _flat(job, instance)
@@ -100,7 +100,7 @@ def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
     """Per quad (h, w, 4) float32: premultiplied radiance and alpha, row 0 at its low v."""
     texels = int(job.settings["texels"])
     lift = LIFT * max(job.scene.diagonal(), 1e-30)
-    by_name = {i.name: i for i in job.scene.instances}
+    by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
     images = [job.shared.get((q, texels)) for q in quads]
     starts, directions, owners = [], [], []
     for index, quad in enumerate(quads):
