@@ -1,5 +1,6 @@
 """One bake at a time per folder of assets. The system's own file lock, which ends with the process that holds it."""
 
+import functools
 import os
 from pathlib import Path
 
@@ -20,9 +21,11 @@ class BakeLock:
     def __init__(self, folder: Path):
         self.path = Path(folder) / LOCK_NAME
         self._handle = None
+        self._made: list[Path] = []  # folders that were not there before, innermost first
 
     def __enter__(self) -> "BakeLock":
         try:
+            self._made = [p for p in (self.path.parent, *self.path.parent.parents) if not p.exists()]
             self.path.parent.mkdir(parents=True, exist_ok=True)
             while self._handle is None:
                 self._handle = self._try()
@@ -44,6 +47,11 @@ class BakeLock:
         else:
             self.path.unlink(missing_ok=True)
             os.close(handle)
+        for folder in self._made:  # a bake that made nothing leaves nothing
+            try:
+                folder.rmdir()
+            except OSError:  # it holds assets by now
+                break
 
     def _try(self) -> int | None:
         """The locked file; None when its name was deleted meanwhile (the earlier holder's last act), to try again."""
@@ -64,6 +72,17 @@ class BakeLock:
             os.close(handle)
             raise
         return handle
+
+
+def one_bake_at_a_time(bake):
+    """Decorates a function (scene, methods, folder, ...) that bakes into a folder: it runs under the folder's lock."""
+
+    @functools.wraps(bake)
+    def locked(scene, wanted, folder, *arguments, **keywords):
+        with BakeLock(folder):
+            return bake(scene, wanted, folder, *arguments, **keywords)
+
+    return locked
 
 
 def _same(path: Path, handle: int) -> bool:

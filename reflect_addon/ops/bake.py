@@ -92,7 +92,7 @@ class REFLECT_OT_bake(bpy.types.Operator):
         for name in unsaved_images():
             self.report({"WARNING"}, f"The image {name} has unsaved changes, which the bake does not see; save it first")
         objects = [o.name for o in context.selected_objects] if self.selected else []
-        self._scene = scene.name
+        self._scene, self._seen = scene.name, live.of(scene).bake_starts(scene)
         _running = start_bake(scene, [scene.reflect.method], objects, scene.reflect.bake_arguments(), worker_preference())
         return _running
 
@@ -107,7 +107,7 @@ class REFLECT_OT_bake(bpy.types.Operator):
             return self._fail(context, state.error)
         scene = bpy.data.scenes.get(self._scene)
         if scene:
-            live.of(scene).reload(scene)
+            live.of(scene).bake_ended(scene, state.folders, self._seen)
         self.report({"INFO"}, f"Baked {len(state.folders)} assets")
         return {"FINISHED"}
 

@@ -12,6 +12,7 @@ from ..core import methods
 from ..core.asset import Asset
 from ..core.asset_files import is_fresh, load_asset, save_asset
 from ..core.asset_places import asset_name
+from ..core.bake_lock import one_bake_at_a_time
 from ..core.errors import Cancelled, ReflectError
 from ..core.methods.job import BakeJob
 from ..core.snapshot import Instance, SceneSnapshot
@@ -21,6 +22,7 @@ from .raytrace import trace
 Progress = Callable[[float, str], object]
 
 
+@one_bake_at_a_time
 def bake_assets(
     scene: SceneSnapshot,
     wanted: list[str] | tuple[str, ...],

@@ -20,7 +20,7 @@ def bundled(name: str):
     except ImportError as error:
         raise ReflectError(
             f"This Blender ({bpy.app.version_string}) was built without the Python module {name}, which baking needs.",
-            "Use the official build from blender.org, or set 'Python for baking' in the add-on's preferences to the "
+            "Use the official build from blender.org, or set 'Bake Worker' in the add-on's preferences to the "
             "project's own Python (.venv/bin/python).",
         ) from error
 

@@ -14,7 +14,7 @@ import bpy
 from ..core import methods
 from ..core.asset import Asset
 from ..core.asset_files import load_asset
-from ..core.asset_places import scene_folder
+from ..core.asset_places import asset_name, scene_folder
 from ..core.errors import ReflectError
 from ..core.snapshot import SceneSnapshot
 from .bake import is_stale
@@ -40,6 +40,7 @@ class Live:
         self.folder: Path | None = None  # ... and from where
         self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
         self._joined: dict[tuple[int, ...], Asset] = {}
+        self._seen: dict[str, str] = {}  # asset's inputs hash -> geometry hash that the window saw when it was baked
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
         self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
         self.missing: tuple[str, ...] = ()  # reflectors without assets
@@ -117,9 +118,29 @@ class Live:
             found = [self.asset(kind, reflector.name) for kind in methods.with_required([scene.reflect.method])]
             if None in found:
                 missing.append(reflector.name)
-            elif any(is_stale(self.snapshot, asset) for asset in found):
+            elif any(self._is_stale(asset) for asset in found):
                 stale.append(reflector.name)
         self.stale, self.missing = tuple(stale), tuple(missing)
+
+    def _is_stale(self, asset: Asset) -> bool:
+        """A bake reads the scene as renders see it, the window as viewports do (other subdivision levels, say): what
+        this window baked itself is compared with what the window saw when it started that bake."""
+        seen = self._seen.get(asset.inputs_hash)
+        return is_stale(self.snapshot, asset) if seen is None else seen != self.snapshot.geometry_hash
+
+    def bake_starts(self, scene: bpy.types.Scene) -> str:
+        """The geometry hash of what is baked now, as the window sees it; "" when the scene cannot be read."""
+        if self.changed:
+            self.look(scene)
+        return self.snapshot.geometry_hash if self.snapshot else ""
+
+    def bake_ended(self, scene: bpy.types.Scene, folders: tuple[str, ...], seen: str) -> None:
+        """Loads what a bake wrote that started when the window saw `seen`."""
+        self.reload(scene)
+        for (kind, reflector), asset in self.assets.items():
+            if str(self.folder / asset_name(kind, reflector)) in folders:
+                self._seen[asset.inputs_hash] = seen
+        self._compare(scene)
 
     def joined(self) -> dict[str, Asset]:
         """Per reflector's object name the method's asset with what it requires; without those that are not baked."""

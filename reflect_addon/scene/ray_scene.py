@@ -72,7 +72,7 @@ def compile_camera(folder: Path) -> Path:
     bundled("oslquery")
     bundled("OpenImageIO")
     remedy = (
-        "Use the official build from blender.org, or set 'Python for baking' in the add-on's preferences to the "
+        "Use the official build from blender.org, or set 'Bake Worker' in the add-on's preferences to the "
         "project's own Python (.venv/bin/python)."
     )
     if not build_options().cycles_osl:

@@ -49,7 +49,7 @@ class Worker:
         self._asked_to_end = None  # time.monotonic() of cancel()
         self._reported: dict[str, object] = {}  # "done" and "error" lines
         self._stderr: deque[str] = deque(maxlen=KEPT_LINES)
-        places = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(scratch))
+        places = dict.fromkeys(("TMPDIR", "TEMP", "TMP", "REFLECT_TEMP"), str(scratch))
         windows = os.name == "nt"
         try:
             self._process = subprocess.Popen(
@@ -93,13 +93,13 @@ class Worker:
         if any(reader.is_alive() for reader in self._readers):
             self._end(force=True)  # ... unless a process that the worker left behind holds them open
         error = self._error(code)
-        folders = self._reported.get("done", []) if error is None else []
+        folders = self._reported["done"] if error is None else []
         self.state = replace(
             self.state,
             running=False,
             fraction=1.0 if error is None else fraction,
             message="Done" if error is None else str(error),
-            folders=tuple(str(f) for f in folders) if isinstance(folders, list) else (),
+            folders=tuple(map(str, folders)),
             error=error,
         )
         shutil.rmtree(self._scratch, ignore_errors=True)
@@ -164,11 +164,13 @@ class Worker:
     def _error(self, code: int) -> ReflectError | None:
         if self._asked_to_end is not None:
             return Cancelled("The bake")
-        if code == 0:
+        if code == 0 and isinstance(self._reported.get("done"), list):
             return None
         if "error" in self._reported:
             return ReflectError(str(self._reported["error"]), str(self._reported.get("remedy", "")))
         how = f"was ended by signal {-code}" if code < 0 else f"ended with status {code}"
+        if code == 0:
+            how = "ended without saying what it baked"
         last = next((line for line in reversed(self._stderr) if not line.startswith(("Blender quit", "^"))), "")
         if "No module named 'bpy'" in last:
             return ReflectError(f"{self._name} has no bpy.", "Name a Blender 5.2 or a Python with bpy 5.2 in the preferences.")

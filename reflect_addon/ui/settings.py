@@ -82,4 +82,4 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
 
     def bake_arguments(self) -> list[str]:
         """The same for the command line's bake."""
-        return ["--settings", json.dumps(self.bake_settings())]
+        return [word for name, value in self.bake_settings().items() for word in ("--set", f"{name}={json.dumps(value)}")]

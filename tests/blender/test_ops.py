@@ -116,9 +116,36 @@ def test_a_bake_loads_what_it_made(ball, monkeypatch, tmp_path):
     assert "resolution" in " ".join(settings)
     state = live_state()
     assert list(state.assets) == [("environment", "Ball")] and state.bytes() == 4 * 4 * 8
-    assert (state.missing, state.stale) == ((), ("Ball",)), "another hash is stale"
+    assert (state.missing, state.stale) == ((), ()), "what was just baked is fresh"
+    bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))
+    bpy.ops.reflect.refresh()
+    assert live_state().stale == ("Ball",)
     assert bpy.ops.reflect.delete_assets() == {"FINISHED"}
     assert not folder.exists() and live_state().missing == ("Ball",)
+
+
+def test_a_real_bake(registered, tmp_path):
+    """The worker is this Python with the command line. Renders see other subdivision than the viewport does."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=6)
+    modifier = bpy.context.object.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels, modifier.render_levels = 0, 1
+    material = bpy.data.materials.new("Mirror")
+    bsdf = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    bsdf.inputs["Metallic"].default_value, bsdf.inputs["Roughness"].default_value = 1.0, 0.0
+    bpy.context.object.data.materials.append(material)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "real.blend"))
+    settings = bpy.context.scene.reflect
+    settings.method, settings.resolution, settings.samples = "sphere_proxy", 16, 1
+    assert bpy.ops.reflect.bake() == {"FINISHED"}
+    state = live_state()
+    assert set(state.assets) == {("environment", "Sphere"), ("sphere_proxy", "Sphere")}
+    assert (state.stale, state.missing, state.problems) == ((), (), ())
+    assert state.assets["environment", "Sphere"].settings["resolution"] == 16
+    assert list(state.joined()) == ["Sphere"] and "sphere_radius" in state.joined()["Sphere"].uniforms
+    assert not list((tmp_path / "reflect").rglob(".*")), "a lock or a temporary folder stayed"
+    bpy.data.objects["Sphere"].location.x = 1
+    bpy.ops.reflect.refresh()
+    assert live_state().stale == ("Sphere",)
 
 
 def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):

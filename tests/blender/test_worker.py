@@ -73,6 +73,7 @@ def test_an_error_keeps_its_words():
         ("sys.stderr.write('out of memory\\n'); sys.exit(3)", "status 3: out of memory"),
         ("raise KeyError('teapot')", "status 1: KeyError: 'teapot'"),
         ("sys.exit(2)", "status 2."),
+        ("say(done=3)", "without saying what it baked"),
         ("import nonsense_module", "No module named 'nonsense_module'"),
     ],
 )
@@ -91,7 +92,7 @@ def test_a_crash_names_the_signal():
 def test_garbage_is_ignored():
     worker, _ = run(
         "o = sys.stdout.buffer; o.write(bytes(range(256)) * 400 + b'\\n{\\n{\"progress\": \"x\"}\\n{\"progress\": NaN}\\n');"
-        "o.write(b'[1]\\n{\"progress\": 0.5, \"message\": 7}\\n' + b'{' * 200000 + b'\\n{\"done\": 3}\\n'); o.flush()\n"
+        "o.write(b'[1]\\n{\"progress\": 0.5, \"message\": 7}\\n' + b'{' * 200000 + b'\\n{\"done\": []}\\n'); o.flush()\n"
         "sys.stderr.buffer.write(b'\\xff' * 500000)"
     )
     state = worker.wait(20)
@@ -263,7 +264,15 @@ def test_two_bakes_at_once(tmp_path):
             pass
     with BakeLock(tmp_path / "a"):
         pass
-    assert list((tmp_path / "a").iterdir()) == []
+    assert list(tmp_path.iterdir()) == [], "a bake that made nothing left something"
+
+
+def test_a_bake_is_one_at_a_time(tmp_path):
+    from reflect_addon.core.snapshot import SceneSnapshot
+    from reflect_addon.scene.bake import bake_assets
+
+    with BakeLock(tmp_path / "a"), pytest.raises(ReflectError, match="being baked already"):
+        bake_assets(SceneSnapshot("Scene", 1, (), (), ()), ["environment"], tmp_path / "a")
 
 
 def test_a_killed_bake_is_taken_over(tmp_path):

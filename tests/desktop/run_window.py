@@ -181,12 +181,12 @@ def story():
     _window, _area, _region, space = desktop.view3d()
     space.shading.type = "MATERIAL"
     space.shading.use_scene_world = space.shading.use_scene_lights = True
-    yield 25.0
+    yield 10.0
     scene().reflect.method = "OFF"
-    yield 25.0
+    yield 10.0
     eevee = picture("12-eevee-off")
     scene().reflect.method = methods[-1]
-    yield 30.0
+    yield 12.0
     results["changed in EEVEE"] = changed(eevee, picture("13-eevee-on"))
     assert results["changed in EEVEE"] > 0.005
 
@@ -197,9 +197,11 @@ def move_camera():
     counts = drawn.current_renderer().counts() | {"walks": drawn.walks}
     view = space.region_3d
     before = picture("04-view-a")
-    view.view_perspective = "PERSP"
+    eye = scene().camera.matrix_world
+    view.view_perspective, space.lens = "PERSP", scene().camera.data.lens
+    view.view_matrix = eye.inverted()
     for _ in range(4):
-        view.view_rotation = view.view_rotation @ __import__("mathutils").Quaternion((0, 1, 0), 0.05)
+        view.view_location += eye.to_3x3().col[0] * 0.12  # m to the right
         area.tag_redraw()
         yield 0.5
     yield 1.0
