@@ -12,11 +12,13 @@ import numpy as np
 
 from .billboard_fit import Quad
 
-# Columns of the table, one texel (vec4) each; a row is a billboard.
-#   center: xyz world, m; w = coarsest level      normal: xyz world, unit; w = width of a texel, m
-#   u, v: axis / half extent^2-scaled so that dot(p - center, u) is in -1..1; w = width, height of level 0 in texels
-#   place: xy = level 0's lowest left texel inside its border
-ROW = {"center": 0, "normal": 1, "u": 2, "v": 3, "place": 4}
+# Columns of the table, one texel (vec4) each; a row is a billboard. p is a point relative to the asset's centre, so that
+# float32 keeps its digits wherever the scene lies.
+#   plane: normal; w = its dot product with a point of the plane
+#   u, v: axis / half extent, w so that dot(p, u.xyz) + u.w is in -1..1
+#   place: xy = level 0's lowest left texel inside its border; zw = width, height of level 0 in texels
+#   detail: x = coarsest level; y = texels per metre; z = 1 where all of it is opaque
+ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4}
 # Coarsest level: its smaller side still has this many texels.
 COARSEST = 4
 
@@ -78,13 +80,15 @@ def _block(image: np.ndarray) -> np.ndarray:
     return block
 
 
-def table_rows(quads: list[Quad], placed: list[Placed]) -> np.ndarray:
-    """(count, 5, 4) float32 table, at least one row."""
+def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], center) -> np.ndarray:
+    """(count, 5, 4) float32 table, at least one row. center: (3,) world, m, what rows are relative to."""
     rows = np.zeros((max(len(quads), 1), len(ROW), 4), np.float32)
-    for row, quad, where in zip(rows, quads, placed, strict=False):
-        row[ROW["center"]] = *quad.center, where.levels - 1
-        row[ROW["normal"]] = *quad.normal, 2 * quad.half_u / where.width
-        row[ROW["u"]] = *(np.asarray(quad.u) / quad.half_u), where.width
-        row[ROW["v"]] = *(np.asarray(quad.v) / quad.half_v), where.height
-        row[ROW["place"], :2] = where.x, where.y
+    for row, quad, where, full in zip(rows, quads, placed, opaque, strict=False):
+        place = np.asarray(quad.center, np.float64) - center
+        row[ROW["plane"]] = *quad.normal, np.dot(place, quad.normal)
+        for name, axis, half in (("u", quad.u, quad.half_u), ("v", quad.v, quad.half_v)):
+            scaled = np.asarray(axis) / half
+            row[ROW[name]] = *scaled, -np.dot(place, scaled)
+        row[ROW["place"]] = where.x, where.y, where.width, where.height
+        row[ROW["detail"], :3] = where.levels - 1, where.width / (2 * quad.half_u), full
     return rows

@@ -78,7 +78,12 @@ def assemble(center: np.ndarray, n: int, hits: Hits) -> tuple[np.ndarray, dict[s
         image[y : y + level.shape[0], x : x + level.shape[1]] = level
         if i + 1 < level_count(n):
             level = _halved(level)
-    return image, {"radiance_scale": scale, "distance_scale": farthest, "cube_size": float(n)}
+    return image, {
+        "radiance_scale": scale,
+        "distance_scale": farthest,
+        "cube_size": float(n),
+        "cube_coarsest": float(level_count(n) - 1),
+    }
 
 
 def _halved(level: np.ndarray) -> np.ndarray:
@@ -123,9 +128,9 @@ def look_up(k, asset, direction, angle):
     image, n = asset.images["radiance_tx"], asset.uniforms["cube_size"]
     face, s, t = _face(k, direction)
     # A texel near the middle of a face is 2 / n radians wide; coarser levels only where the footprint passes that.
-    level = k.name("cube_level", k.log2(k.max(angle * n * 0.5, 1.0)))
-    level = k.min(level, k.log2(n) - float(np.log2(COARSEST)))
-    texel = blend_levels(k, level, lambda i: _sample(k, image, n, i, face, s, t))
+    coarsest = asset.uniforms["cube_coarsest"]
+    level = k.name("cube_level", k.min(k.log2(k.max(angle * n * 0.5, 1.0)), coarsest))
+    texel = blend_levels(k, level, coarsest, lambda i: _sample(k, image, n, i, face, s, t))
     radiance = k.name("cube_radiance", texel.xyz * asset.uniforms["radiance_scale"])
     # Distance is not blended: between a near and a far surface a mean would be a place that does not exist.
     x, y = _texel(n, 1.0, 0.0, 0.0, face, s, t)
@@ -134,13 +139,16 @@ def look_up(k, asset, direction, angle):
     return radiance, k.name("cube_distance", distance)
 
 
-def blend_levels(k, level, sample_at):
-    """Kernel: trilinear look-up; the second level is only read where the level is above 0."""
+def blend_levels(k, level, coarsest, sample_at):
+    """Kernel: trilinear look-up, level in 0..coarsest; the second level is only read where the level is above 0.
+
+    A level that rounding puts on the other side of a whole number is blended with the other neighbour at a share near
+    0 or 1, so that the inexact log2 of graphics cards shows nowhere.
+    """
 
     def between():
-        low = k.floor(level)
-        a, b = sample_at(low), sample_at(low + 1.0)
-        return (a + (b - a) * (level - low),)
+        low = k.name("low_level", k.min(k.floor(level), coarsest - 1.0))  # never reads past the coarsest
+        return (k.mix(sample_at(low), sample_at(low + 1.0), level - low),)
 
     return k.branch(level > 0.0, between, lambda: (sample_at(None),))[0]
 
@@ -156,7 +164,7 @@ def _face(k, d):
     face = k.select(is_x, 0.0, k.select(is_y, 2.0, 4.0)) + k.select(major < 0.0, 1.0, 0.0)
     # A zero direction (no reflection at all) must not become NaN: any texel will do for it.
     inverse = 1.0 / k.max(k.abs(major), 1e-30)
-    return k.name("cube_face", face), s * inverse, t * inverse
+    return k.name("cube_face", face), k.name("face_s", s * inverse), k.name("face_t", t * inverse)
 
 
 def _texel(n, scale, x0, y0, face, s, t):
@@ -171,7 +179,8 @@ def _sample(k, image, n, level, face, s, t):
     """Bilinear texel of one level; level None is level 0 known while recording."""
     if level is None:
         return k.sample(image, *_texel(n, 1.0, 0.0, 0.0, face, s, t))
-    scale = k.exp2(-level)
+    # exp2 may be off by a rounding: 1e-4 of a texel, and the border keeps even that inside the face.
+    scale = k.name("level_scale", k.exp2(-level))
     column = level >= 2.0
     x0 = k.select(column, 3.0 * n + 12.0, 0.0)
     high = n + 2.0 + 0.5 * n - 2.0 * n * scale + 2.0 * (level - 2.0)

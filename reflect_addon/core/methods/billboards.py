@@ -34,6 +34,8 @@ DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128}
 
 # Alpha above which a texel is the object: half, so that bilinear contours lie where the object's edge lies.
 SOLID = 0.5
+# Below it the ratio of premultiplied radiance and alpha is no colour.
+LEAST_ALPHA = 1e-3
 # Rays start this share of the scene's diagonal above the surface: above float32's rounding, below any visible gap.
 LIFT = 2e-5
 
@@ -45,13 +47,14 @@ def bake(job: BakeJob) -> Asset:
     captured = _capture(job, quads)
     atlas, placed = pack(captured)
     atlas[..., :3], scale = _scaled(atlas[..., :3])
-    rows = table_rows(quads, placed)
+    opaque = [bool(image[..., 3].min() == 1.0) for image in captured]
+    rows = table_rows(quads, placed, opaque, backdrop.uniforms["center"])
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
         images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows},
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
-        options={"count": len(quads)},
+        options={"count": len(quads), "contours": not all(opaque)},
         settings=dict(job.settings),
     )
 
@@ -132,19 +135,23 @@ def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
 
 def trace(k, asset, ray) -> Hit:
     """The nearest billboard that the ray meets, else the environment."""
-    options = asset.options
-    nothing = (k.vec4(0.0, 0.0, 0.0, 0.0), spaces.FAR)
-    texel, distance = nothing
-    if options["count"]:  # a scene without other objects has no loop
-        k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
-        texel, distance = k.loop(options["count"], nothing, lambda i, texel, distance: _meet(k, asset, ray, i, texel, distance))
-    else:
+    if not asset.options["count"]:  # a scene without other objects has no loop
         return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
+    start = k.name("start", ray.origin - asset.uniforms["center"])
+    k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
+    distance, row, u, v = k.loop(
+        asset.options["count"],
+        (spaces.FAR, 0.0, 0.0, 0.0),
+        lambda i, distance, row, u, v: (_meet(k, asset, ray, start, i, (distance, row, u, v)), None),
+    )
 
     def billboard():
         k.cite("popescu-2006 3.1 step 4: return the intersection texel")
-        radiance = texel.xyz * (asset.uniforms["billboard_scale"] / k.max(texel.w, SOLID))
-        return radiance, ray.origin + ray.direction * distance, spaces.STATUS_HIT
+        place, detail = _fetch(k, asset, "place", row), _fetch(k, asset, "detail", row)
+        level = _level(k, ray, distance, detail)
+        texel = blend_levels(k, level, detail.x, lambda i: _sample(k, asset, place, i, u, v))
+        radiance = texel.xyz * (asset.uniforms["billboard_scale"] / k.max(texel.w, LEAST_ALPHA))
+        return k.name("billboard_radiance", radiance), ray.origin + ray.direction * distance, spaces.STATUS_HIT
 
     def backdrop():
         k.cite("popescu-2006 3.1 step 3: if no intersection return EM(r)")
@@ -155,45 +162,64 @@ def trace(k, asset, ray) -> Hit:
     return Hit(radiance=radiance, position=position, coverage=1.0, status=status)
 
 
-def _meet(k, asset, ray, i, texel, distance):
-    """One step of the loop: (texel, distance) after billboard i. Texels are fetched only where its quad is met."""
-    table = asset.images["billboard_buf"]
+def _meet(k, asset, ray, start, i, before):
+    """One step of the loop: (distance, row, u, v) of the nearest billboard so far, this one being row i.
 
-    def row(field: int):
-        return k.fetch(table, float(field), i)
-
-    center, normal = row(ROW["center"]), row(ROW["normal"])
-    facing = k.dot(ray.direction, normal.xyz)
+    One fetch for a quad that cannot be met, three for one that is met; more only at a contour.
+    """
+    distance = before[0]
+    plane = k.name("plane", _fetch(k, asset, "plane", i))
+    facing = k.name("facing", k.dot(ray.direction, plane.xyz))
     # One-sided: a ray from behind, or along the plane, does not see it.
-    t = k.name("t", k.dot(center.xyz - ray.origin, normal.xyz) / k.min(facing, -1e-20))
-    nearer = (facing < 0.0) & (t > 0.0) & (t < distance)
+    t = k.name("t", (k.dot(start, plane.xyz) - plane.w) / k.max(-facing, 1e-20))
 
     def in_plane():
-        axis_u, axis_v = row(ROW["u"]), row(ROW["v"])
-        p = ray.origin - center.xyz + ray.direction * t
-        u, v = k.dot(p, axis_u.xyz), k.dot(p, axis_v.xyz)
+        axis_u, axis_v = _fetch(k, asset, "u", i), _fetch(k, asset, "v", i)
+        p = k.name("in_plane", start + ray.direction * t)
+        u, v = k.name("u", k.dot(p, axis_u.xyz) + axis_u.w), k.name("v", k.dot(p, axis_v.xyz) + axis_v.w)
+        inside = (k.abs(u) <= 1.0) & (k.abs(v) <= 1.0)
+        met = (t, i, u, v)
+        if not asset.options["contours"]:
+            return tuple(k.select(inside, new, old) for new, old in zip(met, before, strict=True))
+        return k.branch(inside, lambda: _within_contour(k, asset, ray, i, met, before), lambda: before)
 
-        def in_rectangle():
-            place = row(ROW["place"])
-            footprint = (ray.width + ray.spread * t) / k.max(normal.w, 1e-30)
-            level = k.min(k.log2(k.max(footprint, 1.0)), center.w)
-            seen = blend_levels(k, level, lambda j: _sample(k, asset, axis_u.w, axis_v.w, place, j, u, v))
-            solid = seen.w >= SOLID
-            return k.select(solid, seen, texel), k.select(solid, t, distance)
-
-        return k.branch((k.abs(u) <= 1.0) & (k.abs(v) <= 1.0), in_rectangle, lambda: (texel, distance))
-
-    return k.branch(nearer, in_plane, lambda: (texel, distance)), None
+    return k.branch((facing < 0.0) & (t > 0.0) & (t < distance), in_plane, lambda: before)
 
 
-def _sample(k, asset, width, height, place, level, u, v):
+def _within_contour(k, asset, ray, i, met, before):
+    """`met` where the billboard's alpha says that the object is there, else `before`."""
+    t, _, u, v = met
+    detail = k.name("detail", _fetch(k, asset, "detail", i))
+
+    def alpha():
+        place = _fetch(k, asset, "place", i)
+        # The finer of the two levels that its colour is blended from.
+        level = k.floor(_level(k, ray, t, detail))
+        return (_sample(k, asset, place, level, u, v).w,)
+
+    solid = k.branch(detail.z > 0.5, lambda: (1.0,), alpha)[0] >= SOLID
+    return tuple(k.select(solid, new, old) for new, old in zip(met, before, strict=True))
+
+
+def _fetch(k, asset, field: str, row):
+    return k.fetch(asset.images["billboard_buf"], float(ROW[field]), row)
+
+
+def _level(k, ray, distance, detail):
+    """Level whose texels are as wide as the ray's footprint."""
+    footprint = (ray.width + ray.spread * distance) * detail.y
+    return k.name("level", k.min(k.log2(k.max(footprint, 1.0)), detail.x))
+
+
+def _sample(k, asset, place, level, u, v):
     """Bilinear texel of one level of one billboard; see billboard_atlas for where levels lie."""
     image = asset.images["billboard_tx"]
-    across, up = (u + 1.0) * 0.5, (v + 1.0) * 0.5
+    width, height = place.z, place.w
+    across, up = (u * 0.5 + 0.5) * width, (v * 0.5 + 0.5) * height
     if level is None:
-        return k.sample(image, place.x + across * width, place.y + up * height)
-    scale = k.exp2(-level)
+        return k.sample(image, place.x + across, place.y + up)
+    scale = k.name("level_scale", k.exp2(-level))
     above = level >= 1.0
     x = place.x + k.select(above, width + 2.0, 0.0)
     y = place.y + k.select(above, height * (1.0 - 2.0 * scale) + 2.0 * (level - 1.0), 0.0)
-    return k.sample(image, x + across * width * scale, y + up * height * scale)
+    return k.sample(image, x + across * scale, y + up * scale)

@@ -26,7 +26,7 @@ def bake(job: BakeJob) -> Asset:
     uniforms = {f"box_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", box.axes, strict=True)}
     uniforms["box_low"] = tuple(map(float, box.low))
     uniforms["box_high"] = tuple(map(float, box.high))
-    return Asset(NAME, job.reflector.name, {}, uniforms, requires=REQUIRES)
+    return Asset(NAME, job.reflector.name, {}, uniforms, settings=dict(job.settings), requires=REQUIRES)
 
 
 def trace(k, asset, ray) -> Hit:
@@ -49,7 +49,7 @@ def trace(k, asset, ray) -> Hit:
 
     distance = k.name("box_exit", k.min(k.min(leave("x"), leave("y")), leave("z")))
     # Seen from the centre: undo the clamping by staying in the box's own axes and turning back.
-    in_box = inside + along * distance
+    in_box = k.name("box_wall", inside + along * distance)
     seen = u["box_x"] * in_box.x + u["box_y"] * in_box.y + u["box_z"] * in_box.z
     footprint = (ray.width + ray.spread * distance) / k.max(k.length(seen), 1e-30)
     return environment.answer(k, asset, seen, footprint, spaces.STATUS_HIT)

@@ -25,7 +25,8 @@ DEFAULTS = {}
 def bake(job: BakeJob) -> Asset:
     """The radius only; the cube map is the environment's."""
     radius = fit_radius(job.required[environment.NAME])
-    return Asset(NAME, job.reflector.name, {}, {"sphere_radius": radius}, requires=REQUIRES)
+    uniforms = {"sphere_radius": radius}
+    return Asset(NAME, job.reflector.name, {}, uniforms, settings=dict(job.settings), requires=REQUIRES)
 
 
 def fit_radius(environment_asset: Asset) -> float:
@@ -44,11 +45,13 @@ def trace(k, asset, ray) -> Hit:
     radius = asset.uniforms["sphere_radius"]
     # In units of the radius: squares of FAR would leave too few digits in float32.
     start = k.name("unit_start", (ray.origin - asset.uniforms["center"]) * (1.0 / radius))
-    along = k.dot(start, ray.direction)
-    discriminant = along * along - k.dot(start, start) + 1.0
+    along = k.name("along", k.dot(start, ray.direction))
+    # The point of the ray nearest to the centre: squares of `start` itself would cancel for far origins.
+    nearest = k.name("nearest", start - ray.direction * along)
+    discriminant = 1.0 - k.dot(nearest, nearest)
     distance = k.sqrt(k.max(discriminant, 0.0)) - along
     met = (discriminant >= 0.0) & (distance > 0.0)
     seen = k.select(met, start + ray.direction * distance, ray.direction)
-    footprint = ray.spread + k.select(met, ray.width * (1.0 / radius), 0.0)
+    footprint = k.select(met, ray.width * (1.0 / radius) + ray.spread * distance, ray.spread)
     status = k.select(met, spaces.STATUS_HIT, spaces.STATUS_FELL_BACK)
     return environment.answer(k, asset, seen, footprint, status)
