@@ -20,6 +20,7 @@ from ..core.errors import Cancelled, ReflectError
 from ..core.look import Look
 from ..core.rays import Answer, RayMap, Rays
 from ..core.snapshot import SceneSnapshot
+from ..gpu.timing import Times, time_in_turns
 from ..scene.look import read_look
 from . import eye, maps
 from .assets import asset_of, assets_for
@@ -31,6 +32,7 @@ from .truth import SEEDS, Truth, key_of, lifted, truth_of
 
 Progress = Callable[[float, str], object]
 BACKENDS = {"gpu": GpuBackend, "numpy": NumpyBackend}
+TIMED = {"turns": 5, "frames": 2}
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ class Judged:
     look: Look
     diagonal: float
     samples: int
+    stem: str  # of the picture files of this frame
 
 
 def evaluate(
@@ -80,15 +83,16 @@ def evaluate(
             )
         say(0.02, "reading the scene")
         judged = judge(scene, snapshot, size, out, camera, samples, backend, say)
-        rows = []
+        rows, runs = [], []
         for number, name in enumerate(methods):
             share = 0.4 + 0.6 * number / len(methods)
             assets = assets_for(
                 scene, snapshot, name, out, settings, lambda s, t: say(share + s * 0.3 / len(methods), f"{name}: {t}")
             )
-            say(share + 0.4 / len(methods), f"{name}: drawing, comparing and timing")
-            rows.append(_row(judged, name, assets, backend, out, settings or {}))
-    rows = _with_ratios(rows)
+            say(share + 0.4 / len(methods), f"{name}: drawing and comparing")
+            runs.append(BACKENDS[backend](snapshot, assets, judged.look, judged.camera, judged.ray_map))
+            rows.append(_row(judged, name, assets, runs[-1], out, settings or {}))
+    rows = _with_times(rows, time_in_turns([run.work() for run in runs], **TIMED))
     write_rows(rows, out)
     say(1.0, f"wrote {out / 'results.json'}")
     return rows
@@ -125,7 +129,7 @@ def judge(scene, snapshot, size, out, camera_name, samples, backend, say) -> Jud
     write_png(out / "pictures" / f"{stem}-truth.png", picture)
     return Judged(
         label, (camera_object or scene.camera).name, camera, snapshot, ray_map, lifted(ray_map, 0.0), truth, picture, look,
-        diagonal, samples,
+        diagonal, samples, stem,
     )  # fmt: skip
 
 
@@ -143,9 +147,8 @@ def named_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object |
     return found
 
 
-def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path, asked: dict) -> Row:
+def _row(judged: Judged, name: str, assets: dict, run, out: Path, asked: dict) -> Row:
     mask = judged.ray_map.covered()
-    run = BACKENDS[backend](judged.snapshot, assets, judged.look, judged.camera, judged.ray_map)
     answer = run.answer()
     truth = judged.truth.hits
     placed = _placed(judged.truth.frame, mask, answer.radiance)
@@ -183,16 +186,14 @@ def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path, asked
         bake_s=float(sum(a.bake_seconds for a in kinds)),
         bytes=int(sum(a.bytes() for a in kinds)),
         nonfinite=bad,
-        pictures=_pictures(judged, name, backend, answer, picture, run.composite(judged.truth), out),
+        pictures=_pictures(judged, name, answer, picture, run.composite(judged.truth), out),
         notes=tuple(notes),
         **cost,
     )
 
 
-def _pictures(judged: Judged, name: str, backend: str, answer: Answer, picture, composite, out: Path) -> dict[str, str]:
+def _pictures(judged: Judged, name: str, answer: Answer, picture, composite, out: Path) -> dict[str, str]:
     mask = judged.ray_map.covered()
-    size = f"{judged.camera.width}x{judged.camera.height}"
-    frame = _file_name(f"{judged.scene}-{judged.camera_name}-{judged.snapshot.frame}-{size}-{backend}")
     error = metrics.hit_distance_error(answer, judged.truth.hits, judged.rays, judged.diagonal)
     made = {
         "answer": picture,
@@ -201,18 +202,24 @@ def _pictures(judged: Judged, name: str, backend: str, answer: Answer, picture, 
     }
     if composite is not None:
         made["composite"] = composite
-    files = {"frame": f"pictures/{frame}-frame.png", "truth": f"pictures/{frame}-truth.png"}
+    files = {"frame": f"pictures/{judged.stem}-frame.png", "truth": f"pictures/{judged.stem}-truth.png"}
     for what, image in made.items():
-        files[what] = f"pictures/{frame}-{_file_name(name)}-{what}.png"
+        files[what] = f"pictures/{judged.stem}-{_file_name(name)}-{what}.png"
         write_png(out / files[what], image)
     return files
 
 
-def _with_ratios(rows: list[Row]) -> list[Row]:
-    base = next((r.ms for r in rows if r.method == "environment" and r.ms), None)
-    if base is None:
-        return rows
-    return [replace(r, ms_vs_environment=None if r.ms is None else r.ms / base) for r in rows]
+def _with_times(rows: list[Row], times: Times) -> list[Row]:
+    base = next((i for i, row in enumerate(rows) if row.method == "environment"), None)
+    return [
+        replace(
+            row,
+            ms=times.median(i),
+            ms_spread=times.spread(i),
+            ms_vs_environment=None if base is None else times.ratio(i, base),
+        )
+        for i, row in enumerate(rows)
+    ]
 
 
 def _placed(frame: np.ndarray, mask: np.ndarray, radiance: np.ndarray) -> np.ndarray:

@@ -2,10 +2,13 @@
 
 Problem. Few environments are round; most rooms are boxes.
 Idea. Intersect the ray with the inside of a box, and look the map up in the direction of that point from the map's
-centre. core/box_fit.py finds the box, turned any way, from what the map itself saw.
+centre. core/box_fit.py finds the box, turned any way, from what the map itself saw; a box along the world's axes, as
+most rooms are, has no turning in its shader.
 Limits. Furniture is painted onto the walls. Sides that show the sky lie at FAR. Rays that start outside the box are
 answered from the nearest point on it, which is the best a box can do for a reflector that sticks out.
 """
+
+import numpy as np
 
 from .. import box_fit, cubemap, spaces
 from ..asset import Asset
@@ -26,7 +29,8 @@ def bake(job: BakeJob) -> Asset:
     uniforms = {f"box_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", box.axes, strict=True)}
     uniforms["box_low"] = tuple(map(float, box.low))
     uniforms["box_high"] = tuple(map(float, box.high))
-    return Asset(NAME, job.reflector.name, {}, uniforms, settings=dict(job.settings), requires=REQUIRES)
+    options = {"turned": not np.array_equal(box.axes, np.eye(3))}
+    return Asset(NAME, job.reflector.name, {}, uniforms, options, dict(job.settings), REQUIRES)
 
 
 def trace(k, asset, ray) -> Hit:
@@ -35,7 +39,10 @@ def trace(k, asset, ray) -> Hit:
     start = ray.origin - u["center"]
 
     def to_box(v):
-        return k.vec3(k.dot(u["box_x"], v), k.dot(u["box_y"], v), k.dot(u["box_z"], v))
+        return k.vec3(k.dot(u["box_x"], v), k.dot(u["box_y"], v), k.dot(u["box_z"], v)) if asset.options["turned"] else v
+
+    def to_world(v):
+        return u["box_x"] * v.x + u["box_y"] * v.y + u["box_z"] * v.z if asset.options["turned"] else v
 
     low, high = u["box_low"], u["box_high"]
     inside = k.name("box_start", k.min(k.max(to_box(start), low), high))
@@ -49,7 +56,6 @@ def trace(k, asset, ray) -> Hit:
 
     distance = k.name("box_exit", k.min(k.min(leave("x"), leave("y")), leave("z")))
     # Seen from the centre: undo the clamping by staying in the box's own axes and turning back.
-    in_box = k.name("box_wall", inside + along * distance)
-    seen = u["box_x"] * in_box.x + u["box_y"] * in_box.y + u["box_z"] * in_box.z
+    seen = to_world(k.name("box_wall", inside + along * distance))
     footprint = (ray.width + ray.spread * distance) / k.max(k.length(seen), 1e-30)
     return environment.answer(k, asset, seen, footprint, spaces.STATUS_HIT)
