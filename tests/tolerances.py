@@ -35,3 +35,5 @@ REFLECTANCE_MEAN = 5e-4
 REFLECTANCE_RING = 2e-3
 # The look's table on the GPU: half-float entries (5e-4) and the sampler's 8-bit weights between two of them.
 LOOK_GPU = 3e-3
+# A few roundings of float32, relative.
+FLOAT32 = 1e-6
