@@ -37,3 +37,10 @@ REFLECTANCE_RING = 2e-3
 LOOK_GPU = 3e-3
 # A few roundings of float32, relative.
 FLOAT32 = 1e-6
+# Half floats have 11 bits: rounding is at most this, relative.
+HALF = 2**-11
+# Two bilinear look-ups on the two sides of a cube's edge, in texels squared: a bilinear filter errs by an eighth of the
+# second derivatives along the face's plane, which are at most 2 for the function of tests/analytic.py.
+CUBE_SEAM = 0.5
+# The same and 2x2 means, against the function itself.
+CUBE_SMOOTH = 0.75
