@@ -44,3 +44,14 @@ HALF = 2**-11
 CUBE_SEAM = 0.5
 # The same and 2x2 means, against the function itself.
 CUBE_SMOOTH = 0.75
+# A direction that a kernel finds in float32, through a few products and one division; rooms are up to 60 times as long as
+# their nearest wall is near, which magnifies the roundings of the ray's start. Radians.
+KERNEL_DIRECTION = 1e-5
+# core/box_fit.py on exact points: a side is a weighted median of coordinates on its wall, exact but for the turn, which
+# is a mean of plane normals; both together, relative and in radians.
+BOX_WALL = 5e-3
+BOX_TURN = 2e-3
+# A rim is the outermost of 30,000 random points on the walls: their spacing, relative.
+BOX_RIM = 0.03
+# The median of 6 x 32^2 texels against random directions: a texel's own variation of distance.
+MEDIAN_SHARE = 0.01

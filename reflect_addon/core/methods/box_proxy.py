@@ -3,8 +3,10 @@
 Problem. Few environments are round; most rooms are boxes.
 Idea. Intersect the ray with the inside of a box, and look the map up in the direction of that point from the map's
 centre. core/box_fit.py finds the box, turned any way, from what the map itself saw.
-Limits. Furniture is painted onto the walls. Sides that show the sky lie at FAR. Rays that start outside the box are
-answered from the nearest point on it, which is the best a box can do for a reflector that sticks out.
+Where we depart. Sides that show the sky are open: they lie at FAR, and a ray that passes the rim of the walls beside them
+is answered by its direction, without parallax.
+Limits. Furniture is painted onto the walls. Rays that start outside the box are answered from the nearest point on it,
+which is the best a box can do for a reflector that sticks out.
 """
 
 from .. import box_fit, cubemap, spaces
@@ -24,8 +26,8 @@ def bake(job: BakeJob) -> Asset:
     room = job.required[environment.NAME]
     box = box_fit.fit(*cubemap.surface_points(room.images["radiance_tx"], room.uniforms), room.uniforms["center"])
     uniforms = {f"box_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", box.axes, strict=True)}
-    uniforms["box_low"] = tuple(map(float, box.low))
-    uniforms["box_high"] = tuple(map(float, box.high))
+    for name in ("low", "high", "rim_low", "rim_high"):
+        uniforms[f"box_{name}"] = tuple(map(float, getattr(box, name)))
     return Asset(NAME, job.reflector.name, {}, uniforms, settings=dict(job.settings), requires=REQUIRES)
 
 
@@ -52,4 +54,7 @@ def trace(k, asset, ray) -> Hit:
     in_box = k.name("box_wall", inside + along * distance)
     seen = u["box_x"] * in_box.x + u["box_y"] * in_box.y + u["box_z"] * in_box.z
     footprint = (ray.width + ray.spread * distance) / k.max(k.length(seen), 1e-30)
+    past = k.max(in_box - u["box_rim_high"], u["box_rim_low"] - in_box)
+    to_sky = k.name("to_sky", k.max(past.x, past.y, past.z) > 0.0)
+    seen, footprint = k.select(to_sky, ray.direction, seen), k.select(to_sky, ray.spread, footprint)
     return environment.answer(k, asset, seen, footprint, spaces.STATUS_HIT)
