@@ -55,3 +55,5 @@ BOX_TURN = 2e-3
 BOX_RIM = 0.03
 # The median of 6 x 32^2 texels against random directions: a texel's own variation of distance.
 MEDIAN_SHARE = 0.01
+# A flat quad's corners: vertices are float32 about the object's own origin, and its plane comes from their eigenvectors.
+QUAD_TURN = 1e-5

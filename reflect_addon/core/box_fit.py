@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import spaces
+from .weighted import weighted_median
 
 # Rounds of assign-and-move; four settle rooms up to 20:1, the rest is for slabs.
 ROUNDS = 12
@@ -124,7 +125,7 @@ def _fit_sides(p: np.ndarray, weight: np.ndarray, axes: np.ndarray) -> Box:
             for sign, target in ((-1, new_low), (1, new_high)):
                 mine = side == axis * 2 + (sign < 0)
                 if weight[mine].sum() > 0:
-                    value = _weighted_median(p[mine, axis], weight[mine])
+                    value = weighted_median(p[mine, axis], weight[mine])
                     target[axis] = value if value * sign > 0 else sign * 1e-6 * reach[axis]
         if np.allclose(new_low, low, rtol=1e-6) and np.allclose(new_high, high, rtol=1e-6):
             break
@@ -179,12 +180,6 @@ def _even_directions(n: int) -> np.ndarray:
     z, angle = 1 - 2 * i / n, i * np.pi * (3 - np.sqrt(5))
     r = np.sqrt(1 - z * z)
     return np.stack([r * np.cos(angle), r * np.sin(angle), z], -1)
-
-
-def _weighted_median(values: np.ndarray, weight: np.ndarray) -> float:
-    order = np.argsort(values)
-    cumulative = np.cumsum(weight[order])
-    return float(values[order][np.searchsorted(cumulative, cumulative[-1] / 2)])
 
 
 def _error(p: np.ndarray, weight: np.ndarray, box: Box) -> float:

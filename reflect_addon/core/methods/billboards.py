@@ -19,7 +19,7 @@ import numpy as np
 from .. import spaces
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, Placed, pack, table_rows
-from ..billboard_fit import Quad, flat_quads, volume_quad
+from ..billboard_fit import Quad, contains, flat_quads, volume_quad
 from ..cubemap import blend_levels
 from ..kernel import Hit
 from ..rays import Rays
@@ -74,7 +74,7 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     for instance in (*job.scene.instances, *job.scene.lamps):
         if instance.object_name == job.reflector.object_name or not instance.visible_glossy:
             continue
-        flat, complete = _flat(job, instance)
+        flat, complete = _flat(job, instance, contains(job.scene, instance, center))
         quads += [q for q in flat if q.faces(corners)]
         if not complete and not _encloses(job, instance, center):
             # The flat parts of a thing that stands as one quad would be seen twice.
@@ -86,11 +86,11 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     return quads, tuple(name for name, complete in whole.items() if complete)
 
 
-def _flat(job: BakeJob, instance: Instance) -> tuple[list[Quad], bool]:
+def _flat(job: BakeJob, instance: Instance, inside: bool) -> tuple[list[Quad], bool]:
     """flat_quads of an instance, found once for all reflectors of the bake."""
-    key = ("flat", instance.name)
+    key = ("flat", instance.name, inside)
     if key not in job.shared:
-        job.shared[key] = flat_quads(job.scene, instance)
+        job.shared[key] = flat_quads(job.scene, instance, inside)
     return job.shared[key]
 
 
