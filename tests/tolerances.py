@@ -57,3 +57,6 @@ BOX_RIM = 0.03
 MEDIAN_SHARE = 0.01
 # A flat quad's corners: vertices are float32 about the object's own origin, and its plane comes from their eigenvectors.
 QUAD_TURN = 1e-5
+# How near to a quad's edge, in half extents, float32 may call a ray the other way: a few roundings of the ray's place in
+# the scene over the smallest quad's width (1/50 of the scene, seen at a slant).
+QUAD_EDGE = 1e-3
