@@ -60,3 +60,8 @@ QUAD_TURN = 1e-5
 # How near to a quad's edge, in half extents, float32 may call a ray the other way: a few roundings of the ray's place in
 # the scene over the smallest quad's width (1/50 of the scene, seen at a slant).
 QUAD_EDGE = 1e-3
+# NumPy against GLSL on 10^5 rays: float32 decides differently on which texel a distance is read from, which quad is met or
+# which wall is left at rays that pass within rounding of the edge between two. Each exception must be such a ray: ...
+RAYS_ON_BRINKS = 1e-3
+# ... moved and turned by no more than this (m and rad; the room is 6 m wide, a texel is 6e-2 rad) it gives that answer.
+BRINK = 1e-5
