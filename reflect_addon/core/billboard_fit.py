@@ -79,8 +79,24 @@ class Quad:
         return bool(np.any((corners - np.asarray(self.center)) @ np.asarray(self.normal) > 0))
 
 
-def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bool]:
-    """(one quad for each side of each large flat part, whether these quads are the whole object)."""
+def contains(scene: SceneSnapshot, instance: Instance, point: np.ndarray) -> bool:
+    """Whether a point (3,) lies inside the instance's closed mesh: by the solid angles of its triangles
+    [van Oosterom and Strackee 1983, eq. 8]. False for open meshes."""
+    low, high = scene.bounds([instance])
+    triangles = scene.meshes[instance.mesh].triangles
+    if not (np.all(low < point) and np.all(point < high) and _is_closed(triangles)):
+        return False
+    a, b, c = np.moveaxis(scene.world_positions(instance)[triangles] - point, 1, 0) / (high - low).max()
+    la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    beside = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
+    return bool(abs(2 * np.arctan2(volume, beside).sum()) > 2 * np.pi)
+
+
+def flat_quads(scene: SceneSnapshot, instance: Instance, inside: bool = False) -> tuple[list[Quad], bool]:
+    """(one quad for each visible side of each large flat part, whether these quads are the whole object).
+
+    inside: who looks is inside the mesh, in a room; matters to closed meshes only."""
     vertices = scene.world_positions(instance)
     triangles = scene.meshes[instance.mesh].triangles
     if not len(triangles):
@@ -95,7 +111,7 @@ def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bo
     parts = _planes(corners, cross, area)
     if not parts or len(parts) > MOST_PARTS:
         return [], False
-    sides = _visible_sides(triangles, corners)
+    sides = _visible_sides(triangles, corners, inside)
     quads = []
     for part in parts:
         normal = (cross[part] / np.linalg.norm(cross[part], axis=-1, keepdims=True)).mean(0)
@@ -105,15 +121,19 @@ def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bo
     return quads, sum(area[p].sum() for p in parts) >= MOSTLY_FLAT * area.sum()
 
 
-def _visible_sides(triangles: np.ndarray, corners: np.ndarray) -> tuple[float, ...]:
-    """The sides of its triangles that a mesh can be seen from: both, or of a closed mesh only the outer one."""
+def _is_closed(triangles: np.ndarray) -> bool:
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     _, uses = np.unique(edges, axis=0, return_counts=True)
-    if not np.all(uses == 2):
+    return bool(np.all(uses == 2))
+
+
+def _visible_sides(triangles: np.ndarray, corners: np.ndarray, inside: bool) -> tuple[float, ...]:
+    """The sides of its triangles that a mesh can be seen from: both, or of a closed mesh the outer or the inner one."""
+    if not _is_closed(triangles):
         return (1.0, -1.0)
     centered = corners - corners.reshape(-1, 3).mean(0)
     volume = np.einsum("ij,ij->i", centered[:, 0], np.cross(centered[:, 1], centered[:, 2])).sum()
-    return (1.0,) if volume > 0 else (-1.0,)
+    return (1.0,) if (volume > 0) != inside else (-1.0,)
 
 
 def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np.ndarray]:
@@ -157,7 +177,12 @@ def _frame(points: np.ndarray, normal: np.ndarray) -> np.ndarray:
     a /= np.linalg.norm(a)
     b = np.cross(normal, a)
     flat = np.stack([points @ a, points @ b], -1)
-    angles = np.radians(np.arange(0, 90, 1.0))
+    # The rectangle of least area lies along an edge of the outline; whole degrees serve outlines that are round.
+    circle = np.radians(np.arange(0, 360, 1.0))
+    outline = flat[np.argmax(flat @ np.stack([np.cos(circle), np.sin(circle)]), axis=0)]
+    edges = np.roll(outline, -1, axis=0) - outline
+    along = np.arctan2(edges[:, 1], edges[:, 0])[np.any(edges != 0, axis=1)] % (np.pi / 2)
+    angles = np.unique(np.concatenate([circle[:90], along]))
     u = np.stack([np.cos(angles), np.sin(angles)])
     areas = np.ptp(flat @ u, axis=0) * np.ptp(flat @ np.stack([-u[1], u[0]]), axis=0)
     # A tie (a square, rounding) goes to the smallest angle.

@@ -19,7 +19,7 @@ import numpy as np
 from .. import spaces
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, Placed, pack, table_rows
-from ..billboard_fit import Quad, flat_quads, volume_quad
+from ..billboard_fit import Quad, contains, flat_quads, volume_quad
 from ..cubemap import blend_levels
 from ..kernel import Hit
 from ..rays import Rays
@@ -36,8 +36,10 @@ DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128}
 SOLID = 0.5
 # Below it the ratio of premultiplied radiance and alpha is no colour.
 LEAST_ALPHA = 1e-3
-# Rays start this share of the scene's diagonal above the surface: above float32's rounding, below any visible gap.
+# Rays start this share of the scene's diagonal above the surface: below any visible gap ...
 LIFT = 2e-5
+# ... but at least this share of their distance from the origin: four roundings of float32.
+LEAST_LIFT = 4 * 2.0**-23
 
 
 def bake(job: BakeJob) -> Asset:
@@ -74,7 +76,7 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     for instance in (*job.scene.instances, *job.scene.lamps):
         if instance.object_name == job.reflector.object_name or not instance.visible_glossy:
             continue
-        flat, complete = _flat(job, instance)
+        flat, complete = _flat(job, instance, contains(job.scene, instance, center))
         quads += [q for q in flat if q.faces(corners)]
         if not complete and not _encloses(job, instance, center):
             # The flat parts of a thing that stands as one quad would be seen twice.
@@ -86,11 +88,11 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     return quads, tuple(name for name, complete in whole.items() if complete)
 
 
-def _flat(job: BakeJob, instance: Instance) -> tuple[list[Quad], bool]:
+def _flat(job: BakeJob, instance: Instance, inside: bool) -> tuple[list[Quad], bool]:
     """flat_quads of an instance, found once for all reflectors of the bake."""
-    key = ("flat", instance.name)
+    key = ("flat", instance.name, inside)
     if key not in job.shared:
-        job.shared[key] = flat_quads(job.scene, instance)
+        job.shared[key] = flat_quads(job.scene, instance, inside)
     return job.shared[key]
 
 
@@ -102,7 +104,7 @@ def _encloses(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
 def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
     """Per quad (h, w, 4) float32: premultiplied radiance and alpha, row 0 at its low v."""
     texels = int(job.settings["texels"])
-    lift = LIFT * max(job.scene.diagonal(), 1e-30)
+    lift = max(LIFT * job.scene.diagonal(), LEAST_LIFT * np.abs(job.scene.bounds()).max(), 1e-30)
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
     images = [job.shared.get((q, texels)) for q in quads]
     starts, directions, owners = [], [], []
@@ -112,7 +114,7 @@ def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
         rays = quad.rays(texels)
         distance = job.intersect(by_name[quad.instance], rays)
         solid = np.isfinite(distance) & (distance <= quad.reach)
-        # Computed in float64: float32 positions far from the origin would lose the lift.
+        # In float64 up to here; the tracer rounds it to float32.
         start = rays.origin.astype(np.float64) + rays.direction * (np.where(solid, distance, 0.0) - lift)[:, None]
         images[index] = np.zeros((*quad.size(texels), 4), np.float32)
         starts.append(start[solid])
