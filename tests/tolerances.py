@@ -62,6 +62,8 @@ QUAD_TURN = 1e-5
 QUAD_EDGE = 1e-3
 # NumPy against GLSL on 10^5 rays: float32 decides differently on which texel a distance is read from, which quad is met or
 # which wall is left at rays that pass within rounding of the edge between two. Each exception must be such a ray: ...
-RAYS_ON_BRINKS = 1e-3
+RAYS_ON_BRINKS = 2e-4
 # ... moved and turned by no more than this (m and rad; the room is 6 m wide, a texel is 6e-2 rad) it gives that answer.
 BRINK = 1e-5
+# The same for nodes in Cycles, on 4096 rays: one in a thousand, each of them on a brink.
+RAYS_ON_NODE_BRINKS = 1e-3

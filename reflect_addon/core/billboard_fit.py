@@ -48,11 +48,11 @@ class Quad:
     shared: bool  # flat: the same for all reflectors
 
     def size(self, texels: int) -> tuple[int, int]:
-        """(height, width): powers of two, the longer side `texels`, texels as square as that allows."""
-        longest = max(self.half_u, self.half_v)
+        """(height, width): powers of two from 4, the longer side `texels` or the power below, texels as square as that allows."""
+        longest, most = max(self.half_u, self.half_v), np.floor(np.log2(max(texels, 4)))
 
         def side(half: float) -> int:
-            return int(2 ** np.clip(np.ceil(np.log2(max(texels * half / longest, 1e-9)) - 0.25), 2, np.log2(texels)))
+            return int(2 ** np.clip(np.ceil(np.log2(max(texels * half / longest, 1e-9)) - 0.25), 2, most))
 
         return side(self.half_v), side(self.half_u)
 

@@ -206,3 +206,5 @@ def test_texels_are_powers_of_two_and_nearly_square():
         assert w == 128 and 4 <= h <= 128 and h & (h - 1) == 0
         if ratio >= 0.3:
             assert 0.5 < (quad.half_v / h) / (quad.half_u / w) < 2
+    for texels, side in ((100, 64), (6, 4), (1, 4), (128, 128)):
+        assert Quad("q", (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), 2.0, 2.0, None, 0.1, 0.2, True).size(texels) == (side, side)

@@ -152,6 +152,19 @@ def test_the_contour_is_where_alpha_is_half(rng):
     np.testing.assert_allclose(found.position[~front, 2], -1, atol=1e-5)
 
 
+def test_a_straight_edge_lies_between_its_texels(rng):
+    """Half covered: alpha is a half exactly on the line between the last full texel and the first empty one."""
+    image = plain(size=16)
+    image[:, 8:] = 0
+    at = rng.uniform(-1, 1, (5000, 2))
+    found = answer(
+        asset_of([quad_at((0, 0, 0), np.eye(3), 1.0, 1.0)], [image]),
+        Rays(np.c_[at, np.ones(5000)].astype("f"), np.tile(np.float32([0, 0, -1]), (5000, 1))),
+    )
+    clear = np.abs(at[:, 0]) > 1e-5
+    assert np.array_equal((found.status == spaces.STATUS_HIT)[clear], (at[:, 0] < 0)[clear])
+
+
 def test_texels_lie_where_they_were_captured(rng):
     """A picture of its own coordinates, whatever block of the atlas it stands in: radiance tells (u, v)."""
     quads, images = [], []

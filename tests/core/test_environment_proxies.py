@@ -1,6 +1,7 @@
 """environment, sphere_proxy and box_proxy against spheres and rooms in closed form, in the float32 that shaders have."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from reflect_addon.core import cubemap, spaces
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.methods import box_proxy, environment, sphere_proxy
+from reflect_addon.core.methods.job import BakeJob
 from reflect_addon.core.rays import Rays
 
 N = 32
@@ -179,8 +181,9 @@ def test_an_environment_at_infinity_is_exact(rng, scale):
 
 @pytest.mark.parametrize("method", [environment, sphere_proxy, box_proxy])
 def test_the_footprint_is_the_angle_seen_from_the_centre(rng, method):
-    """Levels hold their own numbers, so radiance tells which was read: log2 of the footprint's angle over a texel's."""
-    room = replace(random_room(rng, 2.0, 3.0))
+    """Levels hold their own numbers, so radiance tells which was read: log2 of the footprint's angle over a texel's. Of the
+    sky only the spread counts."""
+    room = replace(random_room(rng, 2.0, 3.0), open_sides=(4,))
     asset = room_asset(room, sphere_radius=2.5, radiance_scale=1.0)
     for level in range(cubemap.level_count(N)):
         x, y = cubemap.level_origin(N, level)
@@ -194,6 +197,7 @@ def test_the_footprint_is_the_angle_seen_from_the_centre(rng, method):
         "sphere_proxy": sphere_distance(rays.origin, rays.direction, room.center, 2.5),
         "box_proxy": room.exits(rays.origin, rays.direction),
     }[method.NAME]
+    distance = np.where(distance == SKY, np.inf, distance)
     with np.errstate(invalid="ignore"):
         from_center = np.linalg.norm(rays.origin + distance[:, None] * rays.direction, axis=1)
         angle = np.where(np.isfinite(distance), (width + spread * distance) / from_center, spread)
@@ -201,6 +205,21 @@ def test_the_footprint_is_the_angle_seen_from_the_centre(rng, method):
     found = answer(method, asset, rays, width, spread)
     np.testing.assert_allclose(found.radiance[:, 0], level, atol=1e-4)
     assert np.ptp(level) > 2
+
+
+@pytest.mark.parametrize("sides", [(), (4,)])
+def test_baked_from_what_a_tracer_saw(rng, sides):
+    """Environment, then box, by their own bakes: what is shown lies where the ray ends, as seen from the map's centre."""
+    room = replace(random_room(rng, 3.0, 6.0, center=(10.0, -20.0, 3.0)), open_sides=sides)
+    mirror = SimpleNamespace(name="Mirror", object_name="Mirror")
+    settings = {"resolution": 64, "samples": 1, "center": tuple(room.center)}
+    first = environment.bake(BakeJob(None, mirror, room.look_at, None, settings))
+    second = box_proxy.bake(BakeJob(None, mirror, room.look_at, None, {}, {"environment": first}))
+    rays = rays_in(rng, room, 5000)
+    end = rays.origin + room.exits(rays.origin, rays.direction)[:, None] * rays.direction
+    found = answer(box_proxy, second.joined(first), rays)
+    apart = np.linalg.norm(unit(found.position - room.center) - unit(end - room.center), axis=1)
+    assert np.mean(apart < 2e-3) > (0.97 if sides else 0.999), "a rim is told to a texel"
 
 
 @pytest.mark.parametrize("method", [environment, sphere_proxy, box_proxy])
