@@ -35,3 +35,8 @@ REFLECTANCE_MEAN = 5e-4
 REFLECTANCE_RING = 2e-3
 # The look's table on the GPU: half-float entries (5e-4) and the sampler's 8-bit weights between two of them.
 LOOK_GPU = 3e-3
+# Issue 2, "a convex mirror under nothing but an HDR world": the issue's own numbers.
+WORLD_FLIP = 0.03
+WORLD_MEDIAN_RELATIVE = 0.01
+# Cycles against Mitsuba along the same mirror rays: float32 normals and angles, some 1e-3 of a texel of the sharpest world.
+WORLD_TWO_TRUTHS = 1e-3

@@ -30,7 +30,7 @@ from .job import BakeJob
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
-DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128}
+DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"]}
 
 # Alpha above which a texel is the object: half, so that bilinear contours lie where the object's edge lies.
 SOLID = 0.5
