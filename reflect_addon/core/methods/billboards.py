@@ -36,8 +36,10 @@ DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": enviro
 SOLID = 0.5
 # Below it the ratio of premultiplied radiance and alpha is no colour.
 LEAST_ALPHA = 1e-3
-# Rays start this share of the scene's diagonal above the surface: above float32's rounding, below any visible gap.
+# Rays start this share of the scene's diagonal above the surface: below any visible gap ...
 LIFT = 2e-5
+# ... or this share of their largest coordinate, above float32's rounding: a small scene may lie far from the origin.
+LIFT_ROUNDING = 8 * 2.0**-23
 
 
 def bake(job: BakeJob) -> Asset:
@@ -102,7 +104,7 @@ def _encloses(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
 def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
     """Per quad (h, w, 4) float32: premultiplied radiance and alpha, row 0 at its low v."""
     texels = int(job.settings["texels"])
-    lift = LIFT * max(job.scene.diagonal(), 1e-30)
+    least = LIFT * max(job.scene.diagonal(), 1e-30)
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
     images = [job.shared.get((q, texels)) for q in quads]
     starts, directions, owners = [], [], []
@@ -113,7 +115,9 @@ def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
         distance = job.intersect(by_name[quad.instance], rays)
         solid = np.isfinite(distance) & (distance <= quad.reach)
         # Computed in float64: float32 positions far from the origin would lose the lift.
-        start = rays.origin.astype(np.float64) + rays.direction * (np.where(solid, distance, 0.0) - lift)[:, None]
+        surface = rays.origin.astype(np.float64) + rays.direction * np.where(solid, distance, 0.0)[:, None]
+        lift = np.maximum(least, LIFT_ROUNDING * np.abs(surface).max(-1, keepdims=True))
+        start = surface - rays.direction * lift
         images[index] = np.zeros((*quad.size(texels), 4), np.float32)
         starts.append(start[solid])
         directions.append(rays.direction[solid])
