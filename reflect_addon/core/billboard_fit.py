@@ -107,13 +107,24 @@ def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bo
 
 def _visible_sides(triangles: np.ndarray, corners: np.ndarray) -> tuple[float, ...]:
     """The sides of its triangles that a mesh can be seen from: both, or of a closed mesh only the outer one."""
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    if not np.all(uses == 2):
+    if not _all_edges_shared(triangles):
         return (1.0, -1.0)
     centered = corners - corners.reshape(-1, 3).mean(0)
     volume = np.einsum("ij,ij->i", centered[:, 0], np.cross(centered[:, 1], centered[:, 2])).sum()
     return (1.0,) if volume > 0 else (-1.0,)
+
+
+def is_closed(positions: np.ndarray, triangles: np.ndarray) -> bool:
+    """Whether the triangles bound a volume; vertices at one place count as one (sharp edges are often split)."""
+    _, place = np.unique(positions, axis=0, return_inverse=True)
+    return _all_edges_shared(place.ravel()[triangles])
+
+
+def _all_edges_shared(triangles: np.ndarray) -> bool:
+    """Whether every edge belongs to exactly two triangles."""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    return bool(np.all(uses == 2))
 
 
 def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np.ndarray]:
