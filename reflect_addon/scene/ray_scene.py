@@ -154,8 +154,11 @@ def _visibility(objects: list[bpy.types.Object], hide: frozenset[str], as_reflec
 
 
 def _importance_map(world: bpy.types.World) -> list[Change]:
-    """Twice as fine as the world's pictures, so that a sun of one pixel is found for what it is. Cycles' automatic choice was 4096 wide for a picture of 512 (5.2.3): over a second
-    for every bundle of rays. Sky textures and what else may hold small suns keep the automatic choice."""
+    """Twice as fine as the world's pictures, so that a sun of one pixel is found for what it is.
+
+    Cycles' automatic choice was 4096 wide for a picture of 512 (5.2.3): over a second for every bundle of rays. Sky
+    textures, groups and what else may hold small suns keep the automatic choice.
+    """
     if world.cycles.sampling_method != "AUTOMATIC" or world.node_tree is None:
         return []
     textures = [node for node in world.node_tree.nodes if node.type.startswith("TEX_") and node.type != "TEX_COORD"]

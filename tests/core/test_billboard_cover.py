@@ -65,7 +65,8 @@ def test_a_floor_under_a_box_is_not_dark():
     def trace(rays, hide=(), samples=1):
         under = (np.abs(rays.origin[:, :2] - 1) < 1).all(1) & (rays.origin[:, 2] < 0.1)
         radiance = np.where(under, 0.0, 1.0)[:, None] * np.ones(3, np.float32)
-        return Hits(radiance.astype(np.float32), rays.origin, -rays.direction, np.zeros(len(rays), np.int32), np.ones(len(rays), bool))
+        count = len(rays)
+        return Hits(radiance.astype(np.float32), rays.origin, -rays.direction, np.zeros(count, np.int32), np.ones(count, bool))
 
     def intersect(instance, rays):
         if instance.name != "Floor":
