@@ -67,3 +67,14 @@ RAYS_ON_BRINKS = 2e-4
 BRINK = 1e-5
 # The same for nodes in Cycles, on 4096 rays: one in a thousand, each of them on a brink.
 RAYS_ON_NODE_BRINKS = 1e-3
+# Issue 2, "a convex mirror under nothing but an HDR world": the issue's own numbers.
+WORLD_FLIP = 0.03
+WORLD_MEDIAN_RELATIVE = 0.01
+# Cycles against Mitsuba along the same mirror rays: float32 normals and angles, some 1e-3 of a texel of the sharpest world.
+WORLD_TWO_TRUTHS = 1e-3
+# Issue 2, "a mirror off-centre in a box room": hit_p95 and its share of environment's; the issue's own numbers.
+BOX_HIT_P95 = 0.005
+BOX_HIT_SHARE = 0.1
+# Issue 2, "flat pictures around a mirror": hit_p95, and rmse as a share of environment's; the issue's own numbers.
+BILLBOARDS_HIT_P95 = 0.005
+BILLBOARDS_RMSE = 0.25

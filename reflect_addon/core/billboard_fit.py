@@ -84,7 +84,7 @@ def contains(scene: SceneSnapshot, instance: Instance, point: np.ndarray) -> boo
     [van Oosterom and Strackee 1983, eq. 8]. False for open meshes."""
     low, high = scene.bounds([instance])
     triangles = scene.meshes[instance.mesh].triangles
-    if not (np.all(low < point) and np.all(point < high) and _is_closed(triangles)):
+    if not (np.all(low < point) and np.all(point < high) and _all_edges_shared(triangles)):
         return False
     a, b, c = np.moveaxis(scene.world_positions(instance)[triangles] - point, 1, 0) / (high - low).max()
     la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
@@ -121,19 +121,26 @@ def flat_quads(scene: SceneSnapshot, instance: Instance, inside: bool = False) -
     return quads, sum(area[p].sum() for p in parts) >= MOSTLY_FLAT * area.sum()
 
 
-def _is_closed(triangles: np.ndarray) -> bool:
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    return bool(np.all(uses == 2))
-
-
 def _visible_sides(triangles: np.ndarray, corners: np.ndarray, inside: bool) -> tuple[float, ...]:
     """The sides of its triangles that a mesh can be seen from: both, or of a closed mesh the outer or the inner one."""
-    if not _is_closed(triangles):
+    if not _all_edges_shared(triangles):
         return (1.0, -1.0)
     centered = corners - corners.reshape(-1, 3).mean(0)
     volume = np.einsum("ij,ij->i", centered[:, 0], np.cross(centered[:, 1], centered[:, 2])).sum()
     return (1.0,) if (volume > 0) != inside else (-1.0,)
+
+
+def is_closed(positions: np.ndarray, triangles: np.ndarray) -> bool:
+    """Whether the triangles bound a volume; vertices at one place count as one (sharp edges are often split)."""
+    _, place = np.unique(positions, axis=0, return_inverse=True)
+    return _all_edges_shared(place.ravel()[triangles])
+
+
+def _all_edges_shared(triangles: np.ndarray) -> bool:
+    """Whether every edge belongs to exactly two triangles."""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    return bool(np.all(uses == 2))
 
 
 def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np.ndarray]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core import methods as registry
 from ..core import metrics
+from ..core.asset import asset_of
 from ..core.camera import Camera
 from ..core.errors import Cancelled, ReflectError
 from ..core.look import Look
@@ -23,7 +24,7 @@ from ..core.snapshot import SceneSnapshot
 from ..gpu.timing import Times, time_in_turns
 from ..scene.look import read_look
 from . import eye, maps
-from .assets import asset_of, assets_for
+from .assets import assets_for
 from .backends import GpuBackend, NumpyBackend
 from .frame import open_frame
 from .png import write_png

@@ -5,13 +5,14 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..core.asset import asset_of
 from ..core.errors import ReflectError
 from ..scene.bake import load_assets
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
 from ..scene.look import read_look
 from ..scene.raytrace import primary
-from .assets import asset_of, assets_for
+from .assets import assets_for
 from .evaluate import named_camera
 from .frame import open_frame
 from .png import write_png

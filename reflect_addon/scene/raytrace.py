@@ -25,7 +25,7 @@ from ..core.errors import Cancelled
 from ..core.rays import Hits, Rays
 from ..core.spaces import FAR
 from .exr import read_exr, stacked, write_exr
-from .ray_scene import ray_scene
+from .ray_scene import CLIP_START, ray_scene
 
 # progress(share done in [0, 1], what is going on) -> False to stop; anything else goes on.
 Progress = Callable[[float, str], object]
@@ -114,6 +114,7 @@ def memory_folder() -> str | None:
 def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
     """(pass name -> (N, channels) float32, object names). The ray bundle goes through in parts of fixed size."""
     origin, direction = _checked(rays)
+    origin = _before_the_clip(origin, direction)
     if samples < 1:
         raise ValueError(f"samples must be at least 1, not {samples}")
     scene = scene or bpy.context.scene
@@ -185,6 +186,12 @@ def _checked(rays: Rays) -> tuple[np.ndarray, np.ndarray]:
     if not (np.isfinite(origin).all() and np.isfinite(direction).all() and direction.any(axis=1).all()):
         raise ValueError("rays must be finite and have a direction")
     return origin, direction
+
+
+def _before_the_clip(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Origins moved back by what Cycles' camera cuts off: in a scene of millimetres a micrometre hides what is near."""
+    unit = direction / np.linalg.norm(direction.astype(np.float64), axis=-1, keepdims=True)
+    return (origin - CLIP_START * unit).astype(np.float32)
 
 
 def _tell(progress: Progress | None, share: float, text: str) -> None:
