@@ -35,3 +35,7 @@ REFLECTANCE_MEAN = 5e-4
 REFLECTANCE_RING = 2e-3
 # The look's table on the GPU: half-float entries (5e-4) and the sampler's 8-bit weights between two of them.
 LOOK_GPU = 3e-3
+# scene/peer_render.py under a white world: EEVEE's screen tracing stores radiance as packed small floats (1.5 % at worst) ...
+PEER_FURNACE = 0.03
+# ... and its pixels are the ray map's, but for silhouettes where the two rasterise an edge differently.
+PEER_PIXELS = 0.02

@@ -37,7 +37,12 @@ COLUMNS = (
 )
 PICTURES = ("answer", "difference", "hit_error", "composite")
 CAPTIONS = {"answer": "its rays", "difference": "difference", "hit_error": "hit-point error", "composite": "as the viewport draws it"}
-EEVEE = "EEVEE's own picture: screen tracing cannot show what is off screen or hidden; its probe has no parallax of its own."
+PEER = "eevee"  # evaluation/peer.py
+EEVEE = (
+    "EEVEE's own picture of the frame, a peer and no method of ours: screen tracing cannot show what is off screen or hidden, "
+    "and the sphere probes that stand in for it take the scene to lie on a sphere about the reflector. It tells no hit points, "
+    "and its time and memory cannot be told apart from those of the frame."
+)
 
 
 def report(folders: list[Path], out: Path) -> Path:
@@ -47,14 +52,38 @@ def report(folders: list[Path], out: Path) -> Path:
         raise ReflectError(
             f"There are no rows in {', '.join(map(str, folders))}.", "Evaluate a scene that has a reflector first."
         )
-    frames: dict[tuple, list[tuple[Path, Row]]] = {}
-    for folder, row in found:
-        frames.setdefault((row.scene, row.camera, row.frame, row.size, row.backend, row.device), []).append((folder, row))
+    frames = _frames(found)
     rows = [row for _, row in found]
     body = [_head(rows), _methods(rows), *(_frame(key, part) for key, part in frames.items()), _legend()]
     path = Path(out) / "index.html"
     write_whole(path, TEMPLATE.format(css=CSS, body="\n".join(body)).encode())
     return path
+
+
+def _frames(found: list[tuple[Path, Row]]) -> dict[tuple, list[tuple[Path, Row]]]:
+    """Rows that belong side by side. A peer's row stands beside every device's rows of its frame in its folder."""
+    frames: dict[tuple, list[tuple[Path, Row]]] = {}
+
+    def add(folder: Path, row: Row, backend: str, device: str) -> None:
+        frames.setdefault((row.scene, row.camera, row.frame, row.size, backend, device), []).append((folder, row))
+
+    for folder, row in found:
+        if row.method != PEER:
+            add(folder, row, row.backend, row.device)
+    for folder, row in found:
+        if row.method == PEER:
+            frame = (row.scene, row.camera, row.frame, row.size)
+            hosts = [k for k, part in frames.items() if k[:4] == frame and part[0][0] == folder]
+            for backend, device in [k[4:] for k in hosts] or [(row.backend, row.device)]:
+                add(folder, row, backend, device)
+    return frames
+
+
+def _name(row: Row) -> str:
+    """The method's name, and what tells a peer's rows apart."""
+    if row.method != PEER or "sphere_probe" not in row.settings:
+        return row.method
+    return f"{row.method}, {'with' if row.settings['sphere_probe'] else 'without'} probes"
 
 
 def is_software(row: Row) -> bool:
@@ -93,7 +122,7 @@ def _methods(rows: list[Row]) -> str:
 
 def _leaves_out(name: str) -> str:
     """The 'Limits.' of the method's own module, which say it first and best."""
-    if name == "eevee":
+    if name == PEER:
         return EEVEE
     if name not in registry.names():
         return "This version of Reflect does not know the method."
@@ -127,10 +156,12 @@ def _frame(key: tuple, part: list[tuple[Path, Row]]) -> str:
 def _plot(rows: list[Row], field: str, factor: float, label: str, floor: float | None) -> str:
     order = list(dict.fromkeys(r.method for r in rows))
     points = [
-        Point(r.method, None if getattr(r, field) is None else getattr(r, field) * factor, r.rmse, order.index(r.method) % 6)
+        Point(_name(r), None if getattr(r, field) is None else getattr(r, field) * factor, r.rmse, order.index(r.method) % 6)
         for r in rows
     ]
-    return f"<figure>{scatter(points, label, 'RMSE', floor)}</figure>"
+    left_out = [f"{_name(r)} (RMSE {_value(r.rmse, 3)})" for r in rows if not getattr(r, field)]
+    caption = f"<figcaption>Not in this plot, no {escape(label)}: {escape('; '.join(left_out))}.</figcaption>" if left_out else ""
+    return f"<figure>{scatter(points, label, 'RMSE', floor)}{caption}</figure>"
 
 
 def _strip(part: list[tuple[Path, Row]]) -> str:
@@ -140,10 +171,12 @@ def _strip(part: list[tuple[Path, Row]]) -> str:
         out.append(_figure(folder, first, what, f"{first.scene}: {caption}", caption))
     out.append("</div>")
     for folder, row in part:
-        pictures = "".join(_figure(folder, row, w, f"{row.method}: {CAPTIONS[w]}", CAPTIONS[w]) for w in PICTURES)
+        name = _name(row)
+        captions = CAPTIONS | ({"answer": "its pixels"} if row.method == PEER else {})
+        pictures = "".join(_figure(folder, row, w, f"{name}: {captions[w]}", captions[w]) for w in PICTURES)
         score = "" if row.flip is None else f"<span>FLIP {_value(row.flip, 3)}</span>"
         hit = "" if row.hit_p95 is None else f"<span>hit p95 {_value(row.hit_p95, 4)}</span>"
-        out.append(f"<div class='method'><h3>{escape(row.method)} {score}{hit}</h3><div class='strip'>{pictures}</div></div>")
+        out.append(f"<div class='method'><h3>{escape(name)} {score}{hit}</h3><div class='strip'>{pictures}</div></div>")
     return "".join(out)
 
 
@@ -175,12 +208,12 @@ def _table(rows: list[Row]) -> str:
             f"<td{' class=bad' if f == 'nonfinite' and getattr(row, f) else ''}>{_value(getattr(row, f), d, k)}</td>"
             for f, _, d, k, _ in shown
         )
-        body.append(f"<tr><th>{escape(row.method)} {marks}</th>{cells}</tr>")
+        body.append(f"<tr><th>{escape(_name(row))} {marks}</th>{cells}</tr>")
     counts = list(dict.fromkeys(k for r in rows for k in r.counts))
     more = ""
     if counts:
         work = "".join(
-            f"<tr><th>{escape(r.method)}</th>"
+            f"<tr><th>{escape(_name(r))}</th>"
             + "".join(f"<td>{_value(r.counts.get(k), 4)}</td>" for k in counts)
             + f"<td class='settings'>{escape(', '.join(f'{k} {v}' for k, v in r.settings.items()))}</td></tr>"
             for r in rows
@@ -205,7 +238,7 @@ def _value(value, digits: int, factor: float = 1) -> str:
 
 
 def _notes(rows: list[Row]) -> str:
-    notes = dict.fromkeys(f"{r.method}: {n}" for r in rows for n in r.notes)
+    notes = dict.fromkeys(f"{_name(r)}: {n}" for r in rows for n in r.notes)
     return f"<ul class='notes'>{''.join(f'<li>{escape(n)}</li>' for n in notes)}</ul>" if notes else ""
 
 

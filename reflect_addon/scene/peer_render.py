@@ -60,7 +60,8 @@ class Job:
     @staticmethod
     def from_plain(values: dict) -> "Job":
         lists = {k: tuple(v) for k, v in values.items() if isinstance(v, list)}
-        return Job(**{**values, **lists, "probes": tuple(Probe(**p) for p in values["probes"])})
+        probes = tuple(Probe(**{**p, "centre": tuple(p["centre"])}) for p in values["probes"])
+        return Job(**{**values, **lists, "probes": probes})
 
 
 def render(job: Job, folder: Path, say: Callable[[float, str], object]) -> dict:
@@ -125,7 +126,7 @@ def straighten(materials: tuple[str, ...], marked: tuple[str, ...]) -> list[str]
             replaced.append(material.name)
             _make_mirror(material)
     mirror = None
-    for obj in [o for o in bpy.data.objects if o.name in marked]:
+    for obj in [bpy.data.objects[name] for name in marked]:
         mirror = mirror or _make_mirror(bpy.data.materials.new("Reflect mirror"))
         if not obj.material_slots:
             obj.data.materials.append(mirror)
