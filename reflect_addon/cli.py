@@ -93,7 +93,7 @@ def parser() -> argparse.ArgumentParser:
 
     # Without help text: for evaluate alone, which calls it on a copy of the file.
     draw = verbs.add_parser("draw-eevee", description="Draw a job of evaluate's with EEVEE.")
-    draw.add_argument("file", type=Path, metavar="COPY.blend")
+    draw.add_argument("file", nargs="?", type=Path, metavar="COPY.blend")
     draw.add_argument("--job", type=Path, required=True, metavar="JOB.json")
     draw.add_argument("--out", type=Path, required=True, metavar="DIR")
     draw.set_defaults(json_progress=True)

@@ -27,6 +27,7 @@ from ..core.errors import ReflectError
 from ..core.rays import RayMap
 from ..core.safe_write import write_whole
 from ..core.snapshot import SceneSnapshot
+from ..scene import peer_render
 from ..scene.bake_job import save_copy
 from ..scene.exr import read_exr, stacked
 from ..scene.peer_render import Job, Probe
@@ -61,7 +62,8 @@ class Picture:
         probes = f"{self.probes} sphere {'probe' if self.probes == 1 else 'probes'}" if with_probe else "no probe"
         out = [
             f"EEVEE's specular light, before Fresnel and tint, by screen tracing at full resolution with {probes}. Shiny "
-            "materials kept their look but lost roughness, anisotropy and normal maps, as the judged rays do.",
+            "materials kept their look but lost roughness, anisotropy and normal maps, as the judged rays do; no sun was made of "
+            "the world's brightest spot.",
             "EEVEE tells no hit points and has no reflection pass to time apart: its whole frame, with what it compiled and "
             f"captured, took {self.seconds:.1f} s, which is comparable to no other number here.",
         ]
@@ -102,6 +104,7 @@ def job_of(
 def key_of(job: Job, camera: Camera, ray_map: RayMap, geometry_hash: str, look_of_scene: str, blender: str) -> str:
     """Name of the kept pictures: hex digits of a sha256 over all that they depend on."""
     digest = hashlib.sha256(json.dumps([FORMAT, job.plain(), geometry_hash, look_of_scene, blender]).encode())
+    digest.update(Path(peer_render.__file__).read_bytes())  # how it is drawn
     for array in (camera.world_from_camera, camera.clip_from_camera, ray_map.covered()):
         digest.update(np.ascontiguousarray(array))
     return digest.hexdigest()[:32]
@@ -110,7 +113,7 @@ def key_of(job: Job, camera: Camera, ray_map: RayMap, geometry_hash: str, look_o
 def eevee_values(scene: bpy.types.Scene) -> str:
     """What only EEVEE reads and the geometry's hash leaves out: its settings, of the scene, the world and materials."""
     blocks = [scene.eevee, scene.eevee.ray_tracing_options]
-    blocks += [b for b in (scene.world, *sorted(bpy.data.materials, key=lambda m: m.name_full)) if b is not None]
+    blocks += [*bpy.data.worlds, *bpy.data.materials]  # in the order of their names
     lines = []
     for block in blocks:
         for prop in block.bl_rna.properties:

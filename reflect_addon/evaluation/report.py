@@ -94,11 +94,13 @@ def is_software(row: Row) -> bool:
 
 def _head(rows: list[Row]) -> str:
     devices = sorted({f"{r.device}, {r.backend}, Blender {r.blender}" for r in rows})
-    scenes, names = list(dict.fromkeys(r.scene for r in rows)), list(dict.fromkeys(r.method for r in rows))
+    scenes, names = {r.scene for r in rows}, {r.method for r in rows}
+    peer = " and EEVEE's own picture" if PEER in names else ""
+    names.discard(PEER)
     out = [
         "<header><h1>Reflect: how wrong, for what it costs</h1>",
         f"<p class='lead'>{len(scenes)} {'scene' if len(scenes) == 1 else 'scenes'}, {len(names)} "
-        f"{'method' if len(names) == 1 else 'methods'}, judged against Cycles along exactly the rays that the shader "
+        f"{'method' if len(names) == 1 else 'methods'}{peer}, judged against Cycles along exactly the rays that the shader "
         "answers. Both sides answer single rays: no footprint filtering on either. Mirror radiance is judged, before "
         "Fresnel and tint; only pixels of reflectors count.</p>",
         *(f"<p class='device'>Drawn by {escape(d)}</p>" for d in devices),
@@ -174,6 +176,8 @@ def _strip(part: list[tuple[Path, Row]]) -> str:
         name = _name(row)
         captions = CAPTIONS | ({"answer": "its pixels"} if row.method == PEER else {})
         pictures = "".join(_figure(folder, row, w, f"{name}: {captions[w]}", captions[w]) for w in PICTURES)
+        if row.method == PEER:
+            pictures += "<figure><p class='none'>It tells no hit points.</p></figure>"
         score = "" if row.flip is None else f"<span>FLIP {_value(row.flip, 3)}</span>"
         hit = "" if row.hit_p95 is None else f"<span>hit p95 {_value(row.hit_p95, 4)}</span>"
         out.append(f"<div class='method'><h3>{escape(name)} {score}{hit}</h3><div class='strip'>{pictures}</div></div>")

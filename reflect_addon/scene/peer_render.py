@@ -105,6 +105,10 @@ def settings(scene: bpy.types.Scene, job: Job) -> None:
     eevee.clamp_surface_direct = eevee.clamp_surface_indirect = 0.0
     eevee.use_overscan = False
     layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    for world in {scene.world, layer.world_override} - {None}:
+        # Else EEVEE cuts the world at this radiance and makes a lamp of the rest, whose image in a mirror is a single pixel
+        # a thousand times too bright.
+        world.sun_threshold = 0.0
     for other in scene.view_layers:
         other.use = other == layer
     layer.samples = 0

@@ -138,7 +138,7 @@ def test_eevees_own_settings_are_part_of_the_key(tiny):
     scene, before = bpy.context.scene, peer.eevee_values(bpy.context.scene)
     for owner, name, value in (
         (scene.eevee, "fast_gi_distance", 1.0),
-        (scene.world, "sun_threshold", 3.0),
+        (scene.world, "use_sun_shadow", not scene.world.use_sun_shadow),
         (bpy.data.materials["Glass"], "surface_render_method", "BLENDED"),
     ):
         setattr(owner, name, value)
@@ -251,9 +251,9 @@ def test_eevee_reflects_a_white_world_white_and_changes_nothing(tiny, tmp_path, 
     assert dump() == live and tiny.read_bytes() == before and dump_saved(tiny) == saved
     with_probe, without = read_rows(tmp_path)
     assert "Glass" in str(with_probe.notes) and with_probe.device and with_probe.counts["probes"] == 2
-    assert without.rmse < PEER_FURNACE and without.median_relative < PEER_FURNACE
+    assert without.median_relative < PEER_FURNACE
     (kept,) = (tmp_path / "truth").glob("eevee-*.npz")
     with np.load(kept) as stored:
-        black = (stored["radiance1"] < 0.5).any(-1).mean()
-    assert black < PEER_PIXELS
+        wrong = np.abs(stored["radiance1"] - 1).max(-1) > PEER_FURNACE
+    assert wrong.mean() < PEER_PIXELS, f"{wrong.sum()} of {len(wrong)} pixels"
     assert Path(tmp_path / with_probe.pictures["answer"]).is_file()
