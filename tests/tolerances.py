@@ -37,5 +37,5 @@ REFLECTANCE_RING = 2e-3
 LOOK_GPU = 3e-3
 # scene/peer_render.py under a white world: EEVEE's screen tracing stores radiance as packed small floats (1.5 % at worst) ...
 PEER_FURNACE = 0.03
-# ... and its pixels are the ray map's, but for silhouettes where the two rasterise an edge differently.
-PEER_PIXELS = 0.02
+# ... and its pixels are the ray map's, but for rays that pass close to another ball, which it takes for hits (1.7 %).
+PEER_PIXELS = 0.03

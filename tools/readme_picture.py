@@ -24,6 +24,7 @@ from PIL import Image  # noqa: E402
 from reflect_addon.core.errors import ReflectError  # noqa: E402
 from reflect_addon.core.safe_write import write_whole  # noqa: E402
 from reflect_addon.evaluation.maps import DIFFERENCE_FULL, false_colour  # noqa: E402
+from reflect_addon.evaluation.report import label_of  # noqa: E402
 from reflect_addon.evaluation.rows import read_rows  # noqa: E402
 
 LARGEST = 200_000  # bytes: a README's picture is fetched by everyone who looks
@@ -60,7 +61,7 @@ def draw(rows, folder: Path) -> bytes:
     first = rows[0]
     place(0, 0, _read(folder, first, "truth"), "truth", "Cycles, along the shader's rays")
     for column, row in enumerate(rows, 1):
-        place(column, 0, _read(folder, row, "answer"), row.method, _numbers(row))
+        place(column, 0, _read(folder, row, "answer"), label_of(row), _numbers(row))
         place(column, 1, _read(folder, row, "difference"), "its difference", f"RMSE {_short(row.rmse)}")
     place(0, 1, _read(folder, first, "frame"), "the frame", "Cycles, with Fresnel and tint")
     _scale(figure, width, height)

@@ -79,7 +79,7 @@ def _frames(found: list[tuple[Path, Row]]) -> dict[tuple, list[tuple[Path, Row]]
     return frames
 
 
-def _name(row: Row) -> str:
+def label_of(row: Row) -> str:
     """The method's name, and what tells a peer's rows apart."""
     if row.method != PEER or "sphere_probe" not in row.settings:
         return row.method
@@ -158,10 +158,10 @@ def _frame(key: tuple, part: list[tuple[Path, Row]]) -> str:
 def _plot(rows: list[Row], field: str, factor: float, label: str, floor: float | None) -> str:
     order = list(dict.fromkeys(r.method for r in rows))
     points = [
-        Point(_name(r), None if getattr(r, field) is None else getattr(r, field) * factor, r.rmse, order.index(r.method) % 6)
+        Point(label_of(r), None if getattr(r, field) is None else getattr(r, field) * factor, r.rmse, order.index(r.method) % 6)
         for r in rows
     ]
-    left_out = [f"{_name(r)} (RMSE {_value(r.rmse, 3)})" for r in rows if not getattr(r, field)]
+    left_out = [f"{label_of(r)} (RMSE {_value(r.rmse, 3)})" for r in rows if not getattr(r, field)]
     caption = f"<figcaption>Not in this plot, no {escape(label)}: {escape('; '.join(left_out))}.</figcaption>" if left_out else ""
     return f"<figure>{scatter(points, label, 'RMSE', floor)}{caption}</figure>"
 
@@ -173,7 +173,7 @@ def _strip(part: list[tuple[Path, Row]]) -> str:
         out.append(_figure(folder, first, what, f"{first.scene}: {caption}", caption))
     out.append("</div>")
     for folder, row in part:
-        name = _name(row)
+        name = label_of(row)
         captions = CAPTIONS | ({"answer": "its pixels"} if row.method == PEER else {})
         pictures = "".join(_figure(folder, row, w, f"{name}: {captions[w]}", captions[w]) for w in PICTURES)
         if row.method == PEER:
@@ -212,12 +212,12 @@ def _table(rows: list[Row]) -> str:
             f"<td{' class=bad' if f == 'nonfinite' and getattr(row, f) else ''}>{_value(getattr(row, f), d, k)}</td>"
             for f, _, d, k, _ in shown
         )
-        body.append(f"<tr><th>{escape(_name(row))} {marks}</th>{cells}</tr>")
+        body.append(f"<tr><th>{escape(label_of(row))} {marks}</th>{cells}</tr>")
     counts = list(dict.fromkeys(k for r in rows for k in r.counts))
     more = ""
     if counts:
         work = "".join(
-            f"<tr><th>{escape(_name(r))}</th>"
+            f"<tr><th>{escape(label_of(r))}</th>"
             + "".join(f"<td>{_value(r.counts.get(k), 4)}</td>" for k in counts)
             + f"<td class='settings'>{escape(', '.join(f'{k} {v}' for k, v in r.settings.items()))}</td></tr>"
             for r in rows
@@ -242,7 +242,7 @@ def _value(value, digits: int, factor: float = 1) -> str:
 
 
 def _notes(rows: list[Row]) -> str:
-    notes = dict.fromkeys(f"{_name(r)}: {n}" for r in rows for n in r.notes)
+    notes = dict.fromkeys(f"{label_of(r)}: {n}" for r in rows for n in r.notes)
     return f"<ul class='notes'>{''.join(f'<li>{escape(n)}</li>' for n in notes)}</ul>" if notes else ""
 
 
