@@ -44,7 +44,7 @@ def bake(arguments) -> None:
 def render(arguments) -> None:
     from .evaluation.render import render_picture
 
-    registry.get(arguments.method)
+    _methods(arguments.method)
     _check_writable(arguments.out.parent)
     render_picture(
         _scene(arguments), arguments.method, arguments.size, arguments.out, camera=arguments.camera,
@@ -58,8 +58,11 @@ def evaluate(arguments) -> None:
     from .evaluation.evaluate import evaluate as run
 
     if arguments.backend == "eevee":
-        raise ReflectError("Methods cannot be evaluated as EEVEE nodes yet.", "Use --backend gpu or --backend numpy.")
-    wanted = _methods(arguments.methods)
+        raise ReflectError(
+            "Methods cannot be evaluated as EEVEE nodes yet.",
+            "Use --backend gpu or --backend numpy. EEVEE's own picture is asked for with --methods all,eevee.",
+        )
+    wanted = _methods(arguments.methods, peers=(EEVEE,))
     _check_writable(arguments.out)
     run(
         _scene(arguments), wanted, arguments.size, arguments.out, camera=arguments.camera, frame=arguments.frame,
@@ -74,7 +77,7 @@ def shader(arguments) -> None:
     from .scene.bake import load_assets
     from .scene.places import assets_of
 
-    registry.get(arguments.method)
+    _methods(arguments.method)
     scene = _scene(arguments)
     folder = arguments.assets or assets_of(scene)
     with open_frame(scene, None) as snapshot:
@@ -91,6 +94,20 @@ def shader(arguments) -> None:
         sources.setdefault(kernel.typedef + "\n" + kernel.source, []).append(name)
     for source, names in sources.items():
         print(f"// {arguments.method} of {', '.join(names)}\n{source}")
+
+
+def draw_eevee(arguments) -> None:
+    """EEVEE's pictures of a job of evaluation/peer.py; the file is a copy that is changed and never saved."""
+    from .gpu.device import describe
+    from .scene import peer_render
+
+    open_blend(arguments.file)
+    job = peer_render.Job.from_plain(json.loads(arguments.job.read_text()))
+    said = peer_render.render(job, arguments.out, _json_progress)
+    found = describe()
+    said["device"] = f"{found['renderer']} ({found['device']})"
+    write_whole(arguments.out / "said.json", json.dumps(said).encode())
+    print(json.dumps({"done": [str(arguments.out)]}), flush=True)
 
 
 def report(arguments) -> None:
@@ -151,12 +168,24 @@ def _scene(arguments):
     return scene
 
 
-def _methods(text: str) -> tuple[str, ...]:
-    names = registry.names() if text == "all" else tuple(n.strip() for n in text.split(",") if n.strip())
+EEVEE = "eevee"  # evaluation/peer.py; named here so that reading a command loads no evaluation
+
+
+def _methods(text: str, peers: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Names of methods in a list, each once; `all` stands for every method, but for no peer."""
+    names = []
+    for name in (n.strip() for n in text.split(",") if n.strip()):
+        names += registry.names() if name == "all" else [name]
     if not names:
         raise ReflectError("No method was named.", f"Choose among: {', '.join(registry.names())}.")
     for name in names:
-        registry.get(name)
+        if name == EEVEE and name not in peers:
+            raise ReflectError(
+                "eevee is EEVEE's own picture, to compare methods with: only evaluate makes it, and there is nothing to bake.",
+                f"Choose among: {', '.join(registry.names())}.",
+            )
+        if name not in peers:
+            registry.get(name)
     return tuple(dict.fromkeys(names))
 
 
@@ -177,8 +206,16 @@ def _check_writable(folder: Path) -> None:
     probe.unlink()
 
 
+_said = ""
+
+
 def _progress(share: float, text: str) -> None:
-    print(f"reflect: {share * 100:3.0f} % {text}", file=sys.stderr, flush=True)
+    """One line on standard error; who waits for something repeats itself, and is printed once."""
+    global _said
+    line = f"reflect: {share * 100:3.0f} % {text}"
+    if line != _said:
+        print(line, file=sys.stderr, flush=True)
+    _said = line
 
 
 def _json_progress(share: float, text: str) -> None:

@@ -12,7 +12,7 @@ from reflect_addon.core.kernel import run_numpy
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.snapshot import SceneSnapshot
 
-SETTINGS = {"resolution": 32, "samples": 1, "texels": 32}
+SETTINGS = {"resolution": 32, "samples": 1, "texels": 32, "sky_error": 0}
 
 
 def turned(shape: trimesh.Trimesh, at, angle=0.4) -> trimesh.Trimesh:

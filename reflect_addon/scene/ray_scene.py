@@ -107,12 +107,9 @@ def _remove_new_images(known: set[int]) -> None:
         bpy.data.images.remove(image)
 
 
-def _settings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, samples: int) -> None:
-    """One exact ray per pixel, nothing between the integrator and the file; light bounces stay the user's."""
-    scene.animation_data_clear()
-    scene.timeline_markers.clear()  # a marker would bind another camera
-    render, cycles, image = scene.render, scene.cycles, scene.render.image_settings
-    render.engine = "CYCLES"
+def plain_output(scene: bpy.types.Scene) -> None:
+    """Nothing between the render engine and an uncompressed float EXR of the whole picture."""
+    render, image = scene.render, scene.render.image_settings
     for name, value in {
         "resolution_percentage": 100, "pixel_aspect_x": 1.0, "pixel_aspect_y": 1.0, "use_border": False,
         "use_crop_to_border": False, "film_transparent": False, "use_motion_blur": False, "use_freestyle": False,
@@ -125,6 +122,13 @@ def _settings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, samples: int) 
     image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
     image.exr_codec, image.use_exr_interleave = "NONE", True
 
+
+def _settings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, samples: int) -> None:
+    """One exact ray per pixel, nothing between the integrator and the file; light bounces stay the user's."""
+    scene.animation_data_clear()
+    scene.timeline_markers.clear()  # a marker would bind another camera
+    plain_output(scene)
+    scene.render.engine, cycles = "CYCLES", scene.cycles
     for name, value in {
         "device": "CPU", "samples": samples, "use_layer_samples": "IGNORE", "use_sample_subset": False,
         "sample_offset": 0, "time_limit": 0.0, "use_denoising": False, "use_adaptive_sampling": False,

@@ -88,7 +88,7 @@ def primary(
     passes = ("glossy_direct", "glossy_indirect", "glossy_color")
     channels, names = _render(rays, frozenset(), samples, seed, scene, False, progress, passes)
     hits = _hits(rays, channels, names)
-    glossy = _rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
+    glossy = to_rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
     shape = (camera.height, camera.width)
     return Primary(
         hits.radiance.reshape(*shape, 3),
@@ -170,7 +170,7 @@ def _hits(rays: Rays, channels: dict[str, np.ndarray], names: tuple[str, ...]) -
     length = np.linalg.norm(channels["Normal"], axis=-1, keepdims=True)
     normal = np.where(hit[:, None] & (length > 0), channels["Normal"] / np.maximum(length, 1e-30), 0)
     return Hits(
-        _rec709(channels["Combined"]),
+        to_rec709(channels["Combined"]),
         np.where(hit[:, None], channels["Position"], far).astype(np.float32),
         normal.astype(np.float32),
         index,
@@ -199,7 +199,7 @@ def _tell(progress: Progress | None, share: float, text: str) -> None:
         raise Cancelled("Tracing rays")
 
 
-def _rec709(radiance: np.ndarray) -> np.ndarray:
+def to_rec709(radiance: np.ndarray) -> np.ndarray:
     """From the file's working space (Rec.709, Rec.2020 or ACEScg) to linear Rec.709, which all of Reflect speaks."""
     if bpy.data.colorspace.working_space == "Linear Rec.709":
         return radiance
