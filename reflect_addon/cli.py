@@ -17,6 +17,7 @@ from .core.errors import ReflectError
 
 LARGEST_SIDE = 16384  # px: what graphics cards take
 LARGEST_AREA = 1 << 26  # px: 64 million float4 pixels are 1 GiB
+LAST_FRAME = 1048574  # Blender's own limit
 EXAMPLE = "for example 240x180"
 
 
@@ -57,6 +58,7 @@ def parser() -> argparse.ArgumentParser:
     bake = _verb(verbs, "bake", "make the assets of methods")
     bake.add_argument("--methods", required=True, metavar="A,B", help="methods, separated by commas, or all")
     bake.add_argument("--objects", metavar="NAMES", help="only these reflectors, separated by commas")
+    bake.add_argument("--object", action="append", default=[], metavar="NAME", help="one more reflector, commas and all")
     bake.add_argument("--out", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
     bake.add_argument("--again", action="store_true", help="bake what is fresh too")
     bake.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
@@ -103,7 +105,7 @@ def _verb(verbs, name: str, text: str) -> argparse.ArgumentParser:
 def _view(verb, default_samples: int) -> None:
     verb.add_argument("--size", type=_size, required=True, metavar="WxH")
     verb.add_argument("--camera", metavar="NAME", help="default: the scene's")
-    verb.add_argument("--frame", type=int, metavar="N", help="default: the file's current frame")
+    verb.add_argument("--frame", type=_frame, metavar="N", help="default: the file's current frame")
     verb.add_argument("--samples", type=_positive, default=default_samples, metavar="N", help="Cycles' paths per pixel")
 
 
@@ -124,6 +126,12 @@ def _size(text: str) -> tuple[int, int]:
             f"{width}x{height} is not possible; sides are 1 to {LARGEST_SIDE} and at most {LARGEST_AREA:,} pixels, {EXAMPLE}"
         )
     return width, height
+
+
+def _frame(text: str) -> int:
+    if not re.fullmatch(r"-?\d{1,7}", text) or abs(int(text)) > LAST_FRAME:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a frame; Blender's go from -{LAST_FRAME} to {LAST_FRAME}")
+    return int(text)
 
 
 def _positive(text: str) -> int:

@@ -6,9 +6,10 @@ import sys
 from functools import partial
 from pathlib import Path
 
+from . import unsuitable
 from .core import methods as registry
 from .core.errors import ReflectError
-from .core.safe_write import write_whole
+from .core.safe_write import check_folder, check_writable
 
 
 def analyse(arguments) -> None:
@@ -25,14 +26,15 @@ def bake(arguments) -> None:
     from .scene.raytrace import trace
 
     wanted = _methods(arguments.methods)
+    settings = _given(arguments, wanted)
     scene = _scene(arguments)
     folder = arguments.out or assets_of(scene)
-    names = [n for n in (arguments.objects or "").split(",") if n]
+    names = [n for n in (arguments.objects or "").split(",") if n] + arguments.object
     say = _json_progress if arguments.json_progress else _progress
-    _check_writable(folder)
-    with open_frame(scene, None) as snapshot:
+    check_folder(folder)
+    with open_frame(scene, None, say) as snapshot:
         paths = bake_assets(
-            snapshot, wanted, folder, reflectors=names, settings=_given(arguments), tracer=partial(trace, scene=scene),
+            snapshot, wanted, folder, reflectors=names, settings=settings, tracer=partial(trace, scene=scene),
             progress=say, again=arguments.again,
         )  # fmt: skip
     if arguments.json_progress:
@@ -45,10 +47,11 @@ def render(arguments) -> None:
     from .evaluation.render import render_picture
 
     registry.get(arguments.method)
-    _check_writable(arguments.out.parent)
+    settings = _given(arguments, (arguments.method,))
+    check_writable(arguments.out)
     render_picture(
         _scene(arguments), arguments.method, arguments.size, arguments.out, camera=arguments.camera,
-        frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=_given(arguments),
+        frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=settings,
         progress=_progress,
     )  # fmt: skip
     print(arguments.out)
@@ -60,10 +63,11 @@ def evaluate(arguments) -> None:
     if arguments.backend == "eevee":
         raise ReflectError("Methods cannot be evaluated as EEVEE nodes yet.", "Use --backend gpu or --backend numpy.")
     wanted = _methods(arguments.methods)
-    _check_writable(arguments.out)
+    settings = _given(arguments, wanted)
+    check_folder(arguments.out)
     run(
         _scene(arguments), wanted, arguments.size, arguments.out, camera=arguments.camera, frame=arguments.frame,
-        samples=arguments.samples, backend=arguments.backend, settings=_given(arguments), progress=_progress,
+        samples=arguments.samples, backend=arguments.backend, settings=settings, progress=_progress,
     )  # fmt: skip
     print(arguments.out / "results.json")
 
@@ -77,7 +81,7 @@ def shader(arguments) -> None:
     registry.get(arguments.method)
     scene = _scene(arguments)
     folder = arguments.assets or assets_of(scene)
-    with open_frame(scene, None) as snapshot:
+    with open_frame(scene, None, _progress) as snapshot:
         found = load_assets(snapshot, arguments.method, folder)
     if not found:
         raise ReflectError(
@@ -96,21 +100,29 @@ def shader(arguments) -> None:
 def report(arguments) -> None:
     from .evaluation.report import report as write
 
-    _check_writable(arguments.out)
+    check_folder(arguments.out)
     print(write(arguments.folders, arguments.out))
 
 
 def bench(arguments) -> None:
     from .evaluation.bench import bench as measure
 
-    _check_writable(arguments.out)
+    check_folder(arguments.out)
     print(measure(arguments.which, arguments.out, _progress))
 
 
 def open_blend(path: Path | None):
-    """Opens the file unless it is open already. ReflectError when it is missing, no .blend, damaged or too new."""
-    import bpy
-
+    """Opens the file unless it is open already. ReflectError when it is missing, no .blend, damaged or too new, or when
+    this is no Blender of a version that Reflect works in."""
+    try:
+        import bpy
+    except ImportError as error:
+        raise ReflectError(
+            f"This Python has no Blender in it ({error}).",
+            "Use ./dev reflect ..., which sets it up, or blender -b FILE.blend --command reflect ...",
+        ) from error
+    if reason := unsuitable(bpy.app):
+        raise ReflectError(reason, "Update Blender.")
     if path is None:
         if not bpy.data.filepath and bpy.app.module:
             raise ReflectError("No file was named.", "Put the .blend after the verb: reflect analyse FILE.blend.")
@@ -160,21 +172,15 @@ def _methods(text: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _given(arguments) -> dict[str, object]:
-    """Settings of the bake that were asked for; `evaluate --samples` are the truth's and not among them."""
+def _given(arguments, wanted: tuple[str, ...]) -> dict[str, object]:
+    """Settings of the bake that were asked for, checked; `evaluate --samples` are the truth's and not among them."""
     given = dict(arguments.set)
     if arguments.resolution:
         given["resolution"] = arguments.resolution
     if arguments.verb == "bake" and arguments.samples:
         given["samples"] = arguments.samples
+    registry.check_settings(wanted, dict(arguments.set))
     return given
-
-
-def _check_writable(folder: Path) -> None:
-    """Before minutes of work: can the result be written there at all?"""
-    probe = Path(folder) / ".reflect-probe"
-    write_whole(probe, b"")
-    probe.unlink()
 
 
 def _progress(share: float, text: str) -> None:

@@ -3,14 +3,13 @@
 One mirror sphere fills the view; flat emissive squares stand around it. All figures are ratios within this run.
 """
 
-import tempfile
 from functools import partial
-from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ..core.camera import Camera
+from ..core.processes import temporary_folder
 from ..scene.bake import bake_assets, load_assets
 from ..scene.camera import camera_of
 from ..scene.raytrace import trace
@@ -31,13 +30,13 @@ def measure(progress) -> list[dict]:
     for number, quads in enumerate(QUADS):
         progress(number / len(QUADS), f"popescu: {quads} squares around a mirror sphere")
         scene = _scene(quads)
-        with open_frame(scene, None) as snapshot, tempfile.TemporaryDirectory(prefix="reflect-bench-") as folder:
+        with open_frame(scene, None) as snapshot, temporary_folder("reflect-bench-") as folder:
             camera: Camera = camera_of(scene, scene.camera, *SIZE)
             methods = ("environment", "box_proxy", "billboards") if quads == QUADS[0] else ("billboards",)
             renderers = {}
             for method in methods:
-                bake_assets(snapshot, (method,), Path(folder), settings=BAKE, tracer=partial(trace, scene=scene))
-                renderers[method] = Renderer(snapshot, load_assets(snapshot, method, Path(folder)))
+                bake_assets(snapshot, (method,), folder, settings=BAKE, tracer=partial(trace, scene=scene))
+                renderers[method] = Renderer(snapshot, load_assets(snapshot, method, folder))
                 renderers[method].picture(camera)
             # In turns, so that whatever else the machine does falls on all of them.
             turns = [

@@ -20,6 +20,7 @@ from ..core.errors import Cancelled, ReflectError
 from ..core.look import Look
 from ..core.rays import Answer, RayMap, Rays
 from ..core.snapshot import SceneSnapshot
+from ..scene.bake import chosen_reflectors
 from ..scene.look import read_look
 from . import eye, maps
 from .assets import asset_of, assets_for
@@ -72,12 +73,8 @@ def evaluate(
     for name in methods:
         registry.get(name)
     out = Path(out)
-    with open_frame(scene, frame) as snapshot:
-        if not snapshot.reflectors():
-            raise ReflectError(
-                f"No reflector was found in the scene {scene.name}.",
-                "Give an object a metallic or glossy material of low roughness, or mark one in the Reflect panel.",
-            )
+    with open_frame(scene, frame, say) as snapshot:
+        chosen_reflectors(snapshot, ())
         say(0.02, "reading the scene")
         judged = judge(scene, snapshot, size, out, camera, samples, backend, say)
         rows = []

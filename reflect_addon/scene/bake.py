@@ -98,15 +98,17 @@ def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) 
     """The reflectors of these objects, or all. ReflectError when there is none or a name is not one of them."""
     everything = scene.reflectors()
     if not everything:
+        left_out = "".join(f" {warning}" for warning in scene.warnings[:3])  # often the very one that was meant
         raise ReflectError(
-            f"The scene '{scene.scene_name}' has no reflector.",
-            "Give an object a metallic or glossy material, or mark it: Object > Reflect > Mark as Reflector.",
+            f"The scene '{scene.scene_name}' has no reflector.{left_out}",
+            "Give an object with faces a metallic or glossy material of low roughness, or mark it as a reflector.",
         )
     known = {i.object_name for i in everything} | {i.name for i in everything}
     for name in names:
         if name not in known:
+            why = "".join(f" {warning}" for warning in scene.warnings if warning.startswith(f"{name} "))
             raise ReflectError(
-                f"The object '{name}' is not a reflector of the scene '{scene.scene_name}'.",
+                f"The object '{name}' is not a reflector of the scene '{scene.scene_name}'.{why}",
                 f"Reflectors are: {', '.join(sorted({i.object_name for i in everything}))}.",
             )
     return tuple(i for i in everything if not names or i.name in names or i.object_name in names)

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..core.errors import ReflectError
+from ..core.safe_write import whole_file
 
 
 def bundled(name: str):
@@ -26,17 +27,18 @@ def bundled(name: str):
 
 
 def write_exr(path: Path, channels: np.ndarray) -> None:
-    """Writes (H, W, C) float32 as an uncompressed EXR. Raises ReflectError naming the file (disk full)."""
+    """Writes (H, W, C) float32 as an uncompressed EXR, whole or not at all. ReflectError names the file (disk full)."""
     oiio = bundled("OpenImageIO")
     height, width, count = channels.shape
     spec = oiio.ImageSpec(width, height, count, "float")
     spec.attribute("compression", "none")
-    out = oiio.ImageOutput.create(str(path))
-    if out is None or not out.open(str(path), spec):
-        raise _cannot("write", path, oiio.geterror() if out is None else out.geterror())
-    written = out.write_image(np.ascontiguousarray(channels[::-1], np.float32))
-    if not (out.close() and written):
-        raise _cannot("write", path, out.geterror())
+    with whole_file(path) as temporary:
+        out = oiio.ImageOutput.create(str(temporary))
+        if out is None or not out.open(str(temporary), spec):
+            raise _cannot("write", path, oiio.geterror() if out is None else out.geterror())
+        written = out.write_image(np.ascontiguousarray(channels[::-1], np.float32))
+        if not (out.close() and written):
+            raise _cannot("write", path, out.geterror())
 
 
 def read_exr(path: Path) -> dict[str, np.ndarray]:

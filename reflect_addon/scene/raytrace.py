@@ -12,7 +12,6 @@ the user's. A surface counts as hit from 0.1 % opacity on. From the 32,767th obj
 
 import os
 import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ import numpy as np
 from mathutils import Color
 
 from ..core.errors import Cancelled
+from ..core.processes import temporary_folder
 from ..core.rays import Hits, Rays
 from ..core.spaces import FAR
 from .exr import read_exr, stacked, write_exr
@@ -122,15 +122,15 @@ def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
     wanted |= {name.title().replace("_", " "): "RGB" for name in passes}
     out = {name: np.zeros((count, len(letters)), np.float32) for name, letters in wanted.items()}
     per_render = max(PATHS_PER_RENDER // samples, FEWEST_RAYS)
-    with tempfile.TemporaryDirectory(prefix="reflect-rays-", dir=memory_folder()) as folder:
-        with ray_scene(scene, Path(folder), hide, samples, as_reflection) as (temporary, names):
+    with temporary_folder("reflect-rays-", memory_folder()) as folder:
+        with ray_scene(scene, folder, hide, samples, as_reflection) as (temporary, names):
             for name in passes:
                 setattr(next(layer for layer in temporary.view_layers if layer.use), f"use_pass_{name}", True)
             for part, start in enumerate(range(0, count, per_render)):
                 _tell(progress, start / count, f"traced {start:,} of {count:,} rays")
                 rows = slice(start, min(start + per_render, count))
                 temporary.cycles.seed = (seed * SEED_STEP + part) % (1 << 31)
-                channels = _render_part(temporary, Path(folder), part, origin[rows], direction[rows])
+                channels = _render_part(temporary, folder, part, origin[rows], direction[rows])
                 for name, letters in wanted.items():
                     values = stacked(channels, name, letters)
                     out[name][rows] = values.reshape(-1, len(letters))[: rows.stop - rows.start]

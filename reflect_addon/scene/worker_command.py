@@ -28,8 +28,7 @@ def bake_command(
     """
     executable, is_blender = _executable(preference)
     verb = ["--methods", ",".join(methods), "--out", str(out), "--json-progress", *settings]
-    if objects:
-        verb += ["--objects", ",".join(objects)]
+    verb += [f"--object={name}" for name in objects]
     environment = {k: v for k, v in os.environ.items() if k not in _OF_THIS_BLENDER}
     if is_blender:
         # The add-on may be enabled in this session only: --addons enables it in the worker too.
