@@ -4,6 +4,7 @@ Exit status: 0 done, 1 the work failed, 2 wrong usage. Progress goes to standard
 """
 
 import argparse
+import ctypes
 import json
 import os
 import re
@@ -12,6 +13,7 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
 from .core.errors import ReflectError
 
@@ -24,7 +26,7 @@ EXAMPLE = "for example 240x180"
 def main(argv: list[str] | None = None) -> int:
     """Runs one verb and returns the exit status; wrong usage exits with 2 as argparse does."""
     arguments = parser().parse_args(sys.argv[1:] if argv is None else list(argv))
-    with own_output():
+    with own_output() as arguments.results:
         return _run(arguments)
 
 
@@ -165,27 +167,34 @@ def _picture(text: str) -> Path:
 
 
 @contextmanager
-def own_output() -> Iterator[None]:
-    """Blender writes what it reads and saves to standard output, where results belong: for this block that goes to standard
-    error, and only Python's own print reaches standard output."""
+def own_output() -> Iterator[TextIO]:
+    """Yields standard output for results. For the length of the block all else that is written there goes to standard
+    error: what Blender prints of files it reads and saves, and what its operators report through Python's print."""
     sys.stdout.flush()
+    _flush_c()
     kept, before = os.dup(1), sys.stdout
-    sys.stdout = os.fdopen(kept, "w", encoding="utf-8", errors="backslashreplace")
+    results = os.fdopen(kept, "w", encoding="utf-8", errors="backslashreplace")
+    sys.stdout = sys.stderr
     os.dup2(2, 1)
     try:
-        yield
+        yield results
     finally:
+        _flush_c()  # what Blender printed is still in C's buffer when standard output is a pipe
         os.dup2(kept, 1)
-        stream, sys.stdout = sys.stdout, before
+        sys.stdout = before
         try:
-            stream.close()
+            results.close()
         except BrokenPipeError:
             pass  # nobody reads the rest
 
 
+def _flush_c() -> None:
+    ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fflush(None)
+
+
 def _failed(arguments, message: str, remedy: str) -> int:
     if getattr(arguments, "json_progress", False):
-        print(json.dumps({"error": message, "remedy": remedy}), flush=True)
+        print(json.dumps({"error": message, "remedy": remedy}), file=arguments.results, flush=True)
     print(f"reflect: {message} {remedy}", file=sys.stderr)
     return 1
 

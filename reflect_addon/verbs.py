@@ -16,7 +16,7 @@ def analyse(arguments) -> None:
     from .evaluation.analyse import analyse_scene, as_text
 
     found = analyse_scene(_scene(arguments))
-    print(json.dumps(found, indent=1) if arguments.json else as_text(found))
+    _print(arguments, json.dumps(found, indent=1) if arguments.json else as_text(found))
 
 
 def bake(arguments) -> None:
@@ -30,7 +30,7 @@ def bake(arguments) -> None:
     scene = _scene(arguments)
     folder = arguments.out or assets_of(scene)
     names = [n for n in (arguments.objects or "").split(",") if n] + arguments.object
-    say = _json_progress if arguments.json_progress else _progress
+    say = partial(_json_progress, arguments) if arguments.json_progress else _progress
     check_folder(folder)
     with open_frame(scene, None, say) as snapshot:
         paths = bake_assets(
@@ -38,9 +38,9 @@ def bake(arguments) -> None:
             progress=say, again=arguments.again,
         )  # fmt: skip
     if arguments.json_progress:
-        print(json.dumps({"done": [str(p) for p in paths]}), flush=True)
+        _print(arguments, json.dumps({"done": [str(p) for p in paths]}))
     else:
-        print("\n".join(map(str, paths)))
+        _print(arguments, "\n".join(map(str, paths)))
 
 
 def render(arguments) -> None:
@@ -54,7 +54,7 @@ def render(arguments) -> None:
         frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=settings,
         progress=_progress,
     )  # fmt: skip
-    print(arguments.out)
+    _print(arguments, arguments.out)
 
 
 def evaluate(arguments) -> None:
@@ -69,7 +69,7 @@ def evaluate(arguments) -> None:
         _scene(arguments), wanted, arguments.size, arguments.out, camera=arguments.camera, frame=arguments.frame,
         samples=arguments.samples, backend=arguments.backend, settings=settings, progress=_progress,
     )  # fmt: skip
-    print(arguments.out / "results.json")
+    _print(arguments, arguments.out / "results.json")
 
 
 def shader(arguments) -> None:
@@ -94,21 +94,21 @@ def shader(arguments) -> None:
         kernel = emit_glsl(record(registry.get(arguments.method).trace, asset), wanted, "answer", push_bytes=0)
         sources.setdefault(kernel.typedef + "\n" + kernel.source, []).append(name)
     for source, names in sources.items():
-        print(f"// {arguments.method} of {', '.join(names)}\n{source}")
+        _print(arguments, f"// {arguments.method} of {' '.join(', '.join(names).split())}\n{source}")
 
 
 def report(arguments) -> None:
     from .evaluation.report import report as write
 
     check_folder(arguments.out)
-    print(write(arguments.folders, arguments.out))
+    _print(arguments, write(arguments.folders, arguments.out))
 
 
 def bench(arguments) -> None:
     from .evaluation.bench import bench as measure
 
     check_folder(arguments.out)
-    print(measure(arguments.which, arguments.out, _progress))
+    _print(arguments, measure(arguments.which, arguments.out, _progress))
 
 
 def open_blend(path: Path | None):
@@ -127,27 +127,37 @@ def open_blend(path: Path | None):
         if not bpy.data.filepath and bpy.app.module:
             raise ReflectError("No file was named.", "Put the .blend after the verb: reflect analyse FILE.blend.")
         return bpy
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ReflectError(f"There is no file {path}.", "Check the path; it should name a .blend.")
-    if path.stat().st_size < 12:
-        raise ReflectError(f"{path} is empty or cut short.", "Restore it from a backup (.blend1).")
-    with path.open("rb") as file:
-        start = file.read(7)
-    # Plain, gzip (to 2.93) and zstd (since 3.0).
-    if not (start == b"BLENDER" or start[:2] == b"\x1f\x8b" or start[:4] == b"\x28\xb5\x2f\xfd"):
-        raise ReflectError(f"{path} is not a .blend file.", "Name a file that Blender saved.")
-    if bpy.data.filepath and os.path.samefile(bpy.data.filepath, path):
-        return bpy
     try:
-        bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        reason = str(error).strip().removeprefix("Error: ").splitlines()[0]
-        raise ReflectError(
-            f"{path} could not be opened: {reason}", "Save it again with Blender 5.2, or restore a backup (.blend1)."
-        ) from error
+        with path.open("rb") as file:
+            start = file.read(12)
+    except OSError as error:
+        raise ReflectError(f"{path} cannot be read ({error.strerror or error}).", "Check its permissions.") from error
+    if len(start) < 12:
+        raise ReflectError(f"{path} is empty or cut short.", "Restore it from a backup (.blend1).")
+    # Plain, gzip (to 2.93) and zstd (since 3.0).
+    if not (start.startswith(b"BLENDER") or start[:2] == b"\x1f\x8b" or start[:4] == b"\x28\xb5\x2f\xfd"):
+        raise ReflectError(f"{path} is not a .blend file.", "Name a file that Blender saved.")
+    if not (bpy.data.filepath and os.path.samefile(bpy.data.filepath, path)):
+        try:
+            bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
+        except RuntimeError as error:
+            reason = str(error).strip().removeprefix("Error: ").splitlines()[0]
+            raise ReflectError(
+                f"{path} could not be opened: {reason}", "Save it again with Blender 5.2, or restore a backup (.blend1)."
+            ) from error
+    for library in bpy.data.libraries:
+        if library.is_missing:
+            where = bpy.path.abspath(library.filepath)
+            _warn(f"The library {where} is missing, and with it what is linked from there. Put it back, or relocate it.")
     if tuple(bpy.data.version) > bpy.app.version[:2] + (9999,):
-        print(f"reflect: {path} was saved by a newer Blender ({bpy.data.version[:2]}).", file=sys.stderr)
+        _warn(f"{path} was saved by a newer Blender ({bpy.data.version[0]}.{bpy.data.version[1]}); parts of it may be lost.")
     return bpy
+
+
+def _warn(sentence: str) -> None:
+    print(f"reflect: Warning: {sentence}", file=sys.stderr, flush=True)
 
 
 def _scene(arguments):
@@ -187,5 +197,10 @@ def _progress(share: float, text: str) -> None:
     print(f"reflect: {share * 100:3.0f} % {text}", file=sys.stderr, flush=True)
 
 
-def _json_progress(share: float, text: str) -> None:
-    print(json.dumps({"progress": round(share, 4), "message": text}), flush=True)
+def _json_progress(arguments, share: float, text: str) -> None:
+    _print(arguments, json.dumps({"progress": round(share, 4), "message": text}))
+
+
+def _print(arguments, result) -> None:
+    """To standard output, which cli.py keeps free of everything else."""
+    print(result, file=arguments.results, flush=True)

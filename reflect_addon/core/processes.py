@@ -16,6 +16,7 @@ from pathlib import Path
 from .errors import ReflectError
 
 _NAME = re.compile(r"(\d{1,10}-[A-Za-z0-9]*)-[a-z0-9_]+(?:\.\w+)?")  # after the prefix; anything else is not ours
+NO_ROOM = "Free some disk space, or set TMPDIR to a folder with room that you may write to."
 ABANDONED_AFTER = 24 * 3600  # s: what another machine left on a shared drive cannot be asked; a day is longer than any bake
 
 
@@ -55,7 +56,7 @@ def temporary_folder(prefix: str, where: str | Path | None = None) -> Iterator[P
     except OSError as error:
         raise ReflectError(
             f"No temporary folder can be made in {where or 'any of the usual places'} ({error.strerror or error}).",
-            "Free some disk space, or set TMPDIR to a folder with room that you may write to.",
+            NO_ROOM,
         ) from error
     with folder:
         yield Path(folder.name)

@@ -18,28 +18,30 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, remedy: str = ELSEWHERE) -> Iterator[Path]:
     """Yields another name in the file's folder (made when missing), with the same ending, to write to. It becomes the file
     when the block ends, and is deleted when the block raises. OSError (no room, no permission) becomes a ReflectError."""
     path = Path(path)
     temporary = path.with_name(temporary_name() + path.suffix)
+    made = _missing(path.parent)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         remove_abandoned(path.parent)
         try:
             yield temporary
             os.replace(temporary, path)
-        finally:
-            if temporary.is_file():
-                temporary.unlink()
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            _remove_empty(made)
+            raise
     except OSError as error:
-        raise ReflectError(f"{path} could not be written ({error.strerror or error}).", ELSEWHERE) from error
+        raise ReflectError(f"{path} could not be written ({error.strerror or error}).", remedy) from error
 
 
 def check_writable(path: Path) -> None:
     """Before minutes of work: can the file be written there at all? ReflectError names it; nothing stays behind."""
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         raise ReflectError(f"{path} is a folder; a file is to be written there.", "Choose another name with --out.")
     _probe(path.parent, path)
 
@@ -50,7 +52,7 @@ def check_folder(folder: Path) -> None:
 
 
 def _probe(folder: Path, named: Path) -> None:
-    made = [p for p in (folder, *folder.parents) if not os.path.lexists(p)]
+    made = _missing(folder)
     probe = folder / temporary_name()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -60,7 +62,19 @@ def _probe(folder: Path, named: Path) -> None:
     finally:
         try:
             probe.unlink(missing_ok=True)
-            for parent in made:
-                parent.rmdir()
-        except OSError:  # never made, or someone else's file is in it by now
+        except OSError:  # it was never made
             pass
+        _remove_empty(made)
+
+
+def _missing(folder: Path) -> list[Path]:
+    """The folder and those above it that do not exist, innermost first."""
+    return [p for p in (folder, *folder.parents) if not os.path.lexists(p)]
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    for folder in folders:
+        try:
+            folder.rmdir()
+        except OSError:  # never made, or something is in it by now
+            break

@@ -35,6 +35,6 @@ def asset_of(assets: dict[str, Asset], reflector: Instance) -> Asset | None:
 
 
 def _writable(folder: Path) -> bool:
-    while not folder.exists():
+    while not os.path.lexists(folder):
         folder = folder.parent
     return os.access(folder, os.W_OK)

@@ -21,7 +21,7 @@ import numpy as np
 from mathutils import Color
 
 from ..core.errors import Cancelled
-from ..core.processes import temporary_folder
+from ..core.processes import NO_ROOM, temporary_folder
 from ..core.rays import Hits, Rays
 from ..core.spaces import FAR
 from .exr import read_exr, stacked, write_exr
@@ -147,7 +147,7 @@ def _render_part(scene, folder: Path, part: int, origin: np.ndarray, direction: 
     for (name, path), values in zip(paths.items(), (origin, direction)):
         image = np.zeros((rows * columns, 3), np.float32)
         image[: len(values)] = values
-        write_exr(path, image.reshape(rows, columns, 3))
+        write_exr(path, image.reshape(rows, columns, 3), NO_ROOM)
         camera.cycles_custom[name] = str(path)
     camera.cycles_custom["columns"], camera.cycles_custom["rows"] = columns, rows
     camera.update_tag()
