@@ -8,6 +8,7 @@ with a narrow field of view (10 degrees)."
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -22,6 +23,8 @@ FLAT = 0.02
 LARGE_PART = 0.02
 # Triangles belong to one plane when their normals differ by less than this, in radians (about half a degree) ...
 SAME_NORMAL = 0.01
+# ... and their distances from the mesh's centre by less than this share of its size ...
+SAME_OFFSET = 1e-3
 # ... and more planes than this mean that the mesh is round, not built of walls.
 MOST_PARTS = 64
 # Flat parts that together hold this share of the surface stand for the whole object: a slab without its narrow rims.
@@ -149,10 +152,14 @@ def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np
     normal = cross / np.maximum(np.linalg.norm(cross, axis=-1, keepdims=True), 1e-300)
     offset = np.einsum("ij,ij->i", normal, corners.mean(1) - corners.reshape(-1, 3).mean(0)) / max(size, 1e-300)
     left = np.argsort(-area)
+    around = _area_around(normal, offset, area)
     parts: list[np.ndarray] = []
     while len(left) and len(parts) <= MOST_PARTS:
-        first = left[0]
-        same = (normal[left] @ normal[first] > np.cos(SAME_NORMAL)) & (np.abs(offset[left] - offset[first]) < 1e-3)
+        seeds = np.flatnonzero(around[left] >= LARGE_PART * area.sum())
+        if not len(seeds):
+            break
+        first = left[seeds[0]]
+        same = (normal[left] @ normal[first] > np.cos(SAME_NORMAL)) & (np.abs(offset[left] - offset[first]) < SAME_OFFSET)
         part, left = left[same], left[~same]
         if area[part].sum() >= LARGE_PART * area.sum():
             parts.append(part)
@@ -161,6 +168,23 @@ def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np
         elif len(part) == 1 and len(parts) == 0 and area[first] < LARGE_PART / 4 * area.sum():
             break  # the largest triangle is small and alone: a round mesh
     return parts
+
+
+def _area_around(normal: np.ndarray, offset: np.ndarray, area: np.ndarray) -> np.ndarray:
+    """(T,) an upper bound of the area of the plane that a triangle could be the first of: with it a mesh of ten thousand
+    small planes is known for one at once. Summed over the cells of a grid in (normal, offset) around the triangle's."""
+    # A cell's side is at least as long as the chord of SAME_NORMAL and as the tolerance of the offset.
+    cells = np.floor(np.column_stack([normal / SAME_NORMAL, offset / SAME_OFFSET])).astype(np.int64)
+    cells -= cells.min(0) - 1
+    strides = np.cumprod([1, *(cells.max(0)[:3] + 2)])
+    key, of = np.unique(cells @ strides, return_inverse=True)
+    inside = np.bincount(of, weights=area)
+    total = np.zeros(len(key))
+    for step in product((-1, 0, 1), repeat=4):
+        neighbour = key + np.dot(step, strides)
+        at = np.minimum(np.searchsorted(key, neighbour), len(key) - 1)
+        total += np.where(key[at] == neighbour, inside[at], 0.0)
+    return total[of]
 
 
 def _plane_through(points: np.ndarray):

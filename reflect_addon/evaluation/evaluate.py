@@ -5,7 +5,6 @@ them with footprint 0, the truth is traced along them (evaluation/truth.py); so 
 and radiance, not its filter. Times and the composite picture are those of the real frame, filter included.
 """
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -16,11 +15,13 @@ from ..core import methods as registry
 from ..core import metrics
 from ..core.asset import asset_of
 from ..core.camera import Camera
-from ..core.errors import Cancelled, ReflectError
+from ..core.errors import ReflectError
 from ..core.look import Look
+from ..core.progress import Progress, teller
 from ..core.rays import RayMap, Rays
 from ..core.snapshot import SceneSnapshot
 from ..gpu.timing import time_in_turns
+from ..scene.bake import chosen_reflectors
 from ..scene.look import read_look
 from . import eye, peer
 from .assets import assets_for
@@ -30,7 +31,6 @@ from .pictures import frame_files, method_files, placed
 from .rows import Row, write_rows
 from .truth import SEEDS, Truth, key_of, lifted, truth_of
 
-Progress = Callable[[float, str], object]
 BACKENDS = {"gpu": GpuBackend, "numpy": NumpyBackend}
 TIMED = {"turns": 5, "frames": 2}
 
@@ -73,17 +73,13 @@ def evaluate(
     settings: of the bakes (resolution, samples ...), over each method's defaults. Assets are read from the scene's folder
     when fresh, else baked there, or below `out` where that folder cannot be written. ReflectError says what is missing.
     """
-    say = _teller(progress)
+    say = teller(progress, "The evaluation")
     for name in methods:
         if name != peer.NAME:
             registry.get(name)
     out = Path(out)
-    with open_frame(scene, frame) as snapshot:
-        if not snapshot.reflectors():
-            raise ReflectError(
-                f"No reflector was found in the scene {scene.name}.",
-                "Give an object a metallic or glossy material of low roughness, or mark one in the Reflect panel.",
-            )
+    with open_frame(scene, frame, say) as snapshot:
+        chosen_reflectors(snapshot, ())
         say(0.02, "reading the scene")
         judged = judge(scene, snapshot, size, out, camera, samples, backend, say)
         frame_files(judged, out)
@@ -253,14 +249,6 @@ def _with_times(rows: list[Row], runs: dict[int, object]) -> list[Row]:
         ratio = None if base is None else times.ratio(at, base)
         out[i] = replace(rows[i], ms=times.median(at), ms_spread=times.spread(at), ms_vs_environment=ratio)
     return out
-
-
-def _teller(progress: Progress | None) -> Progress:
-    def say(share: float, text: str):
-        if progress is not None and progress(share, text) is False:
-            raise Cancelled("The evaluation")
-
-    return say
 
 
 def _guard(say: Progress) -> Progress:

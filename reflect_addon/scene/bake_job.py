@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 from ..core.errors import ReflectError
+from ..core.processes import remove_abandoned, signature
 from .places import assets_of
 from .worker import Worker
 from .worker_command import bake_command
@@ -22,12 +23,13 @@ def start_bake(
     worker executable that the user named. The open file, its changes and its dirty state stay as they are. ReflectError
     when there is no usable worker or no room for the copy.
     """
-    scratch = Path(tempfile.mkdtemp(prefix="reflect-bake-"))
+    remove_abandoned(Path(tempfile.gettempdir()), "reflect-bake-")
+    scratch = Path(tempfile.mkdtemp(prefix=f"reflect-bake-{signature()}-"))
     blend = scratch / (Path(bpy.data.filepath).stem or "unsaved")
     blend = blend.with_name(blend.name + ".blend")
     try:
         command, environment = bake_command(
-            blend, list(methods), assets_of(scene), list(objects), [*settings, "--scene", scene.name], preference
+            blend, list(methods), assets_of(scene), list(objects), [*settings, f"--scene={scene.name}"], preference
         )
         save_copy(blend)
     except BaseException:

@@ -12,7 +12,6 @@ the user's. A surface counts as hit from 0.1 % opacity on. From the 32,767th obj
 
 import os
 import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,14 +20,12 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ..core.errors import Cancelled
+from ..core.progress import Progress, teller
+from ..core.processes import NO_ROOM, temporary_folder
 from ..core.rays import Hits, Rays
 from ..core.spaces import FAR
 from .exr import read_exr, stacked, write_exr
 from .ray_scene import CLIP_START, ray_scene
-
-# progress(share done in [0, 1], what is going on) -> False to stop; anything else goes on.
-Progress = Callable[[float, str], object]
 
 # Camera paths per render. About a second's work on two cores in a lit scene: how long a cancel may wait. Fixed, not
 # measured, so that the same call gives the same noise.
@@ -119,23 +116,24 @@ def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
         raise ValueError(f"samples must be at least 1, not {samples}")
     scene = scene or bpy.context.scene
     count = len(origin)
+    tell = teller(progress, "Tracing rays")
     wanted = {"Combined": "RGB", "Position": "XYZ", "Normal": "XYZ", "Object Index": "X"}
     wanted |= {name.title().replace("_", " "): "RGB" for name in passes}
     out = {name: np.zeros((count, len(letters)), np.float32) for name, letters in wanted.items()}
     per_render = max(PATHS_PER_RENDER // samples, FEWEST_RAYS)
-    with tempfile.TemporaryDirectory(prefix="reflect-rays-", dir=memory_folder()) as folder:
-        with ray_scene(scene, Path(folder), hide, samples, as_reflection) as (temporary, names):
+    with temporary_folder("reflect-rays-", memory_folder()) as folder:
+        with ray_scene(scene, folder, hide, samples, as_reflection) as (temporary, names):
             for name in passes:
                 setattr(next(layer for layer in temporary.view_layers if layer.use), f"use_pass_{name}", True)
             for part, start in enumerate(range(0, count, per_render)):
-                _tell(progress, start / count, f"traced {start:,} of {count:,} rays")
+                tell(start / count, f"traced {start:,} of {count:,} rays")
                 rows = slice(start, min(start + per_render, count))
                 temporary.cycles.seed = (seed * SEED_STEP + part) % (1 << 31)
-                channels = _render_part(temporary, Path(folder), part, origin[rows], direction[rows])
+                channels = _render_part(temporary, folder, part, origin[rows], direction[rows])
                 for name, letters in wanted.items():
                     values = stacked(channels, name, letters)
                     out[name][rows] = values.reshape(-1, len(letters))[: rows.stop - rows.start]
-    _tell(progress, 1.0, f"traced {count:,} rays")
+    tell(1.0, f"traced {count:,} rays")
     return out, names
 
 
@@ -148,7 +146,7 @@ def _render_part(scene, folder: Path, part: int, origin: np.ndarray, direction: 
     for (name, path), values in zip(paths.items(), (origin, direction)):
         image = np.zeros((rows * columns, 3), np.float32)
         image[: len(values)] = values
-        write_exr(path, image.reshape(rows, columns, 3))
+        write_exr(path, image.reshape(rows, columns, 3), NO_ROOM)
         camera.cycles_custom[name] = str(path)
     camera.cycles_custom["columns"], camera.cycles_custom["rows"] = columns, rows
     camera.update_tag()
@@ -192,11 +190,6 @@ def _before_the_clip(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Origins moved back by what Cycles' camera cuts off: in a scene of millimetres a micrometre hides what is near."""
     unit = direction / np.linalg.norm(direction.astype(np.float64), axis=-1, keepdims=True)
     return (origin - CLIP_START * unit).astype(np.float32)
-
-
-def _tell(progress: Progress | None, share: float, text: str) -> None:
-    if progress is not None and progress(share, text) is False:
-        raise Cancelled("Tracing rays")
 
 
 def to_rec709(radiance: np.ndarray) -> np.ndarray:

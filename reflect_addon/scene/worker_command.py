@@ -27,8 +27,7 @@ def bake_command(
     named, "" for none. ReflectError when no usable worker is known.
     """
     verb = ["--methods", ",".join(methods), "--out", str(out), "--json-progress", *settings]
-    if objects:
-        verb += ["--objects", ",".join(objects)]
+    verb += [f"--object={name}" for name in objects]
     return reflect_command(blend, "bake", verb, preference)
 
 
