@@ -5,7 +5,7 @@ import trimesh
 from analytic import SKY, hits, smooth, unit
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-from reflect_addon.core.methods.job import BakeJob
+from reflect_addon.core.job import BakeJob
 from reflect_addon.core.rays import Hits, Rays
 from reflect_addon.core.snapshot import Instance, Material, Mesh, SceneSnapshot
 

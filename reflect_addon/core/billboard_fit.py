@@ -8,10 +8,10 @@ with a narrow field of view (10 degrees)."
 """
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
+from .flat_parts import flat_parts, visible_sides
 from .rays import Rays
 from .snapshot import Instance, SceneSnapshot
 
@@ -19,19 +19,15 @@ Vector = tuple[float, float, float]
 
 # An object is flat when its thickness is under this share of its width: below that its own parallax is too small to see.
 FLAT = 0.02
-# Planes of a mesh that are smaller than this share of its surface are not worth a quad.
-LARGE_PART = 0.02
-# Triangles belong to one plane when their normals differ by less than this, in radians (about half a degree) ...
-SAME_NORMAL = 0.01
-# ... and their distances from the mesh's centre by less than this share of its size ...
-SAME_OFFSET = 1e-3
-# ... and more planes than this mean that the mesh is round, not built of walls.
-MOST_PARTS = 64
 # Flat parts that together hold this share of the surface stand for the whole object: a slab without its narrow rims.
 MOSTLY_FLAT = 0.9
 FIELD_OF_VIEW = np.radians(10.0)
 # Half extents below this share of the larger one are widened to it: a needle needs a quad with an area.
 NEEDLE = 1e-4
+# Radians: a texel seen under less is finer than reflections are looked at, that of a cube map with 512 texels a face.
+FINEST = 1 / 256
+# Below this a quad has no contour.
+LEAST_TEXELS = 8
 
 
 @dataclass(frozen=True)
@@ -59,6 +55,15 @@ class Quad:
 
         return side(self.half_v), side(self.half_u)
 
+    def enough(self, most: int, viewers: tuple[np.ndarray, np.ndarray]) -> int:
+        """Texels along the longer side, a power of two, at most `most`: none seen under less than FINEST by anybody in the
+        box of `viewers` (low and high corner, world)."""
+        center, longest = np.asarray(self.center), max(self.half_u, self.half_v)
+        beside = np.maximum(np.maximum(viewers[0] - center, center - viewers[1]), 0)
+        distance = np.linalg.norm(beside) - np.hypot(self.half_u, self.half_v)
+        wanted = 2 * longest / (FINEST * max(distance, 1e-9 * longest))
+        return int(min(most, 2 ** np.ceil(np.log2(max(wanted, LEAST_TEXELS)))))
+
     def points(self, texels: int) -> np.ndarray:
         """(h * w, 3) float64 world positions of the texel centres, row 0 at low v."""
         h, w = self.size(texels)
@@ -82,20 +87,6 @@ class Quad:
         return bool(np.any((corners - np.asarray(self.center)) @ np.asarray(self.normal) > 0))
 
 
-def contains(scene: SceneSnapshot, instance: Instance, point: np.ndarray) -> bool:
-    """Whether a point (3,) lies inside the instance's closed mesh: by the solid angles of its triangles
-    [van Oosterom and Strackee 1983, eq. 8]. False for open meshes."""
-    low, high = scene.bounds([instance])
-    triangles = scene.meshes[instance.mesh].triangles
-    if not (np.all(low < point) and np.all(point < high) and _all_edges_shared(triangles)):
-        return False
-    a, b, c = np.moveaxis(scene.world_positions(instance)[triangles] - point, 1, 0) / (high - low).max()
-    la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-    beside = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
-    return bool(abs(2 * np.arctan2(volume, beside).sum()) > 2 * np.pi)
-
-
 def flat_quads(scene: SceneSnapshot, instance: Instance, inside: bool = False) -> tuple[list[Quad], bool]:
     """(one quad for each visible side of each large flat part, whether these quads are the whole object).
 
@@ -111,10 +102,8 @@ def flat_quads(scene: SceneSnapshot, instance: Instance, inside: bool = False) -
     corners = vertices[triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(cross, axis=-1) / 2
-    parts = _planes(corners, cross, area)
-    if not parts or len(parts) > MOST_PARTS:
-        return [], False
-    sides = _visible_sides(triangles, corners, inside)
+    parts = flat_parts(corners, cross, area)
+    sides = visible_sides(triangles, corners, inside)
     quads = []
     for part in parts:
         normal = (cross[part] / np.linalg.norm(cross[part], axis=-1, keepdims=True)).mean(0)
@@ -122,69 +111,6 @@ def flat_quads(scene: SceneSnapshot, instance: Instance, inside: bool = False) -
             axes = _frame(corners[part].reshape(-1, 3), side * normal / np.linalg.norm(normal))
             quads.append(_flat_quad(instance, corners[part].reshape(-1, 3), axes, 1, 0.0))
     return quads, sum(area[p].sum() for p in parts) >= MOSTLY_FLAT * area.sum()
-
-
-def _visible_sides(triangles: np.ndarray, corners: np.ndarray, inside: bool) -> tuple[float, ...]:
-    """The sides of its triangles that a mesh can be seen from: both, or of a closed mesh the outer or the inner one."""
-    if not _all_edges_shared(triangles):
-        return (1.0, -1.0)
-    centered = corners - corners.reshape(-1, 3).mean(0)
-    volume = np.einsum("ij,ij->i", centered[:, 0], np.cross(centered[:, 1], centered[:, 2])).sum()
-    return (1.0,) if (volume > 0) != inside else (-1.0,)
-
-
-def is_closed(positions: np.ndarray, triangles: np.ndarray) -> bool:
-    """Whether the triangles bound a volume; vertices at one place count as one (sharp edges are often split)."""
-    _, place = np.unique(positions, axis=0, return_inverse=True)
-    return _all_edges_shared(place.ravel()[triangles])
-
-
-def _all_edges_shared(triangles: np.ndarray) -> bool:
-    """Whether every edge belongs to exactly two triangles."""
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    return bool(np.all(uses == 2))
-
-
-def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np.ndarray]:
-    """Indices of the triangles of each plane that holds at least LARGE_PART of the surface; [] for round meshes."""
-    size = np.ptp(corners.reshape(-1, 3), axis=0).max()
-    normal = cross / np.maximum(np.linalg.norm(cross, axis=-1, keepdims=True), 1e-300)
-    offset = np.einsum("ij,ij->i", normal, corners.mean(1) - corners.reshape(-1, 3).mean(0)) / max(size, 1e-300)
-    left = np.argsort(-area)
-    around = _area_around(normal, offset, area)
-    parts: list[np.ndarray] = []
-    while len(left) and len(parts) <= MOST_PARTS:
-        seeds = np.flatnonzero(around[left] >= LARGE_PART * area.sum())
-        if not len(seeds):
-            break
-        first = left[seeds[0]]
-        same = (normal[left] @ normal[first] > np.cos(SAME_NORMAL)) & (np.abs(offset[left] - offset[first]) < SAME_OFFSET)
-        part, left = left[same], left[~same]
-        if area[part].sum() >= LARGE_PART * area.sum():
-            parts.append(part)
-        elif area[left].sum() < LARGE_PART * area.sum():
-            break
-        elif len(part) == 1 and len(parts) == 0 and area[first] < LARGE_PART / 4 * area.sum():
-            break  # the largest triangle is small and alone: a round mesh
-    return parts
-
-
-def _area_around(normal: np.ndarray, offset: np.ndarray, area: np.ndarray) -> np.ndarray:
-    """(T,) an upper bound of the area of the plane that a triangle could be the first of: with it a mesh of ten thousand
-    small planes is known for one at once. Summed over the cells of a grid in (normal, offset) around the triangle's."""
-    # A cell's side is at least as long as the chord of SAME_NORMAL and as the tolerance of the offset.
-    cells = np.floor(np.column_stack([normal / SAME_NORMAL, offset / SAME_OFFSET])).astype(np.int64)
-    cells -= cells.min(0) - 1
-    strides = np.cumprod([1, *(cells.max(0)[:3] + 2)])
-    key, of = np.unique(cells @ strides, return_inverse=True)
-    inside = np.bincount(of, weights=area)
-    total = np.zeros(len(key))
-    for step in product((-1, 0, 1), repeat=4):
-        neighbour = key + np.dot(step, strides)
-        at = np.minimum(np.searchsorted(key, neighbour), len(key) - 1)
-        total += np.where(key[at] == neighbour, inside[at], 0.0)
-    return total[of]
 
 
 def _plane_through(points: np.ndarray):

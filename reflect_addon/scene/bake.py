@@ -16,7 +16,7 @@ from ..core.asset_places import asset_name
 from ..core.bake_lock import one_bake_at_a_time
 from ..core.errors import ReflectError
 from ..core.kernel import record
-from ..core.methods.job import BakeJob
+from ..core.job import BakeJob
 from ..core.progress import Progress, teller
 from ..core.snapshot import Instance, SceneSnapshot
 from .intersect import intersector

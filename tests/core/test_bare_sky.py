@@ -7,7 +7,7 @@ import pytest
 
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.methods import environment
-from reflect_addon.core.methods.job import BakeJob
+from reflect_addon.core.job import BakeJob
 from reflect_addon.core.rays import Hits, Rays
 from reflect_addon.core.snapshot import Instance, Mesh, SceneSnapshot
 from reflect_addon.core.spaces import FAR

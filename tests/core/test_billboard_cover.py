@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from reflect_addon.core.billboard_fit import flat_quads, is_closed
+from reflect_addon.core import billboard_capture
+from reflect_addon.core.billboard_fit import flat_quads
+from reflect_addon.core.flat_parts import is_closed
 from reflect_addon.core.methods import billboards
-from reflect_addon.core.methods.job import BakeJob
+from reflect_addon.core.job import BakeJob
 from reflect_addon.core.rays import Hits
 from reflect_addon.core.snapshot import Instance, Mesh, SceneSnapshot
 
@@ -48,10 +50,10 @@ def test_unseen_texels_take_the_nearest_seen_colour():
     image[:2, 1:6, :3] = 9  # two rows that nobody sees
     seen = np.ones((5, 7), bool)
     seen[:2] = False
-    billboards.fill_unseen(image, seen)
+    billboard_capture.fill_unseen(image, seen)
     assert np.allclose(image[:, 1:6, :3], 0.5) and (image[:, [0, 6]] == 0).all()
     before = image.copy()
-    billboards.fill_unseen(image, np.zeros((5, 7), bool))  # nothing is seen at all: it stays as captured
+    billboard_capture.fill_unseen(image, np.zeros((5, 7), bool))  # nothing is seen at all: it stays as captured
     assert np.array_equal(image, before)
 
 
@@ -76,5 +78,5 @@ def test_a_floor_under_a_box_is_not_dark():
     job = BakeJob(scene, ball, trace, intersect, {**billboards.DEFAULTS, "texels": 32})
     quads, _ = flat_quads(scene, ground)
     up = [q for q in quads if q.normal[2] > 0.9]
-    (image,) = billboards._capture(job, up)
+    (image,) = billboard_capture.capture(job, up)
     assert (image[..., 3] == 1).all() and image[..., :3].min() > 0.99

@@ -7,7 +7,8 @@ import trimesh
 from analytic import directions, rotation, unit
 from mesh_scenes import first_hits, snapshot, world_mesh
 
-from reflect_addon.core.billboard_fit import FIELD_OF_VIEW, Quad, contains, flat_quads, volume_quad
+from reflect_addon.core.billboard_fit import FIELD_OF_VIEW, Quad, flat_quads, volume_quad
+from reflect_addon.core.flat_parts import contains
 
 BALL = trimesh.creation.icosphere(3, 0.3)
 
@@ -208,3 +209,27 @@ def test_texels_are_powers_of_two_and_nearly_square():
             assert 0.5 < (quad.half_v / h) / (quad.half_u / w) < 2
     for texels, side in ((100, 64), (6, 4), (1, 4), (128, 128)):
         assert Quad("q", (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), 2.0, 2.0, None, 0.1, 0.2, True).size(texels) == (side, side)
+
+
+@pytest.mark.parametrize("sides, quads", [(4, 6), (6, 8), (12, 0), (24, 0), (48, 0)])
+def test_a_tube_is_round_and_a_prism_is_not(sides, quads):
+    """From nine sides on facets stand for a round surface: the tube is one quad that faces the mirror."""
+    tube = trimesh.creation.cylinder(radius=0.1, height=1.0, sections=sides)
+    found, complete = quads_of(tube)
+    assert complete == bool(quads) and sum(abs(q.normal[2]) < 0.5 for q in found) == max(quads - 2, 0)
+
+
+def test_a_bevelled_box_keeps_its_faces():
+    """Its narrow rims meet the faces at small angles, but are no neighbours of their size."""
+    box = trimesh.creation.box((1, 1, 1))
+    corners = np.concatenate([box.vertices * scale for scale in ((1, 0.94, 0.94), (0.94, 1, 0.94), (0.94, 0.94, 1), (0.97,) * 3)])
+    found, _ = quads_of(trimesh.convex.convex_hull(corners))
+    assert len(found) == 6
+
+
+def test_texels_that_nobody_can_tell_apart_are_left_out():
+    quad = Quad("a", (10.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0), (-1.0, 0, 0), 0.1, 0.05, (9.0, 0, 0), 0, 1, False)
+    near, far = (np.full(3, -1.0), np.full(3, 1.0)), (np.full(3, -1.0), np.full(3, 1.0) - 1000 * np.eye(3)[0])
+    assert quad.enough(128, near) == 8 and quad.enough(128, (near[0], near[1] * 9.5)) == 128
+    assert quad.enough(128, (near[0], near[1] * 9)) == 64 and quad.enough(4, near) == 4
+    assert quad.enough(128, far) == 8

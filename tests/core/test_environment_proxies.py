@@ -12,7 +12,7 @@ from reflect_addon.core import cubemap, spaces
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.methods import box_proxy, environment, sphere_proxy
-from reflect_addon.core.methods.job import BakeJob
+from reflect_addon.core.job import BakeJob
 from reflect_addon.core.rays import Rays
 
 N = 32

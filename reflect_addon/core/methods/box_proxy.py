@@ -16,7 +16,7 @@ from .. import box_fit, cubemap, spaces
 from ..asset import Asset
 from ..kernel import Hit
 from . import environment
-from .job import BakeJob
+from ..job import BakeJob
 
 NAME = "box_proxy"
 LABEL = "Box Proxy"

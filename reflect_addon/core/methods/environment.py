@@ -18,7 +18,7 @@ from ..asset import Asset
 from ..kernel import Hit, record, run_numpy
 from ..metrics import median_relative
 from ..rays import Hits, Rays
-from .job import BakeJob
+from ..job import BakeJob
 
 NAME = "environment"
 LABEL = "Environment Map"

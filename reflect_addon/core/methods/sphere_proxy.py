@@ -15,7 +15,7 @@ from ..asset import Asset
 from ..kernel import Hit
 from ..weighted import weighted_median
 from . import environment
-from .job import BakeJob
+from ..job import BakeJob
 
 NAME = "sphere_proxy"
 LABEL = "Sphere Proxy"
