@@ -1,7 +1,7 @@
 """What billboards show: the texels of all quads of a bake, traced as one bundle from just above the objects' surfaces.
 
-Flat quads are shared by all reflectors and have all the texels asked for; a volume's quad belongs to one reflector, and
-has no texels that this one sees under less than billboard_fit.FINEST.
+Flat quads are shared by all reflectors and traced once, with all the texels asked for; a volume's quad belongs to one
+reflector. No reflector's asset has texels that it sees under less than billboard_fit.FINEST.
 """
 
 import numpy as np
@@ -63,10 +63,14 @@ def capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
             else:
                 seen[solid] = _faces_any(hits.position[rows], hits.normal[rows], corners)
             fill_unseen(images[index], seen.reshape(images[index].shape[:2]))
-    for quad, n, image in zip(quads, texels, images, strict=True):
-        if quad.shared:
-            job.shared[(quad, n)] = image
-    return images
+    job.shared.update({(quad, most): image for quad, image in zip(quads, images, strict=True) if quad.shared})
+    return [_coarser(image, quad.size(quad.enough(most, viewers))) for quad, image in zip(quads, images, strict=True)]
+
+
+def _coarser(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """The image's means over blocks, at most `size` (height, width); all are powers of two."""
+    (h, w), (rows, columns) = image.shape[:2], np.minimum(size, image.shape[:2])
+    return image.reshape(rows, h // rows, columns, w // columns, 4).mean((1, 3))
 
 
 def corners_of(bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -80,3 +80,10 @@ def test_a_floor_under_a_box_is_not_dark():
     up = [q for q in quads if q.normal[2] > 0.9]
     (image,) = billboard_capture.capture(job, up)
     assert (image[..., 3] == 1).all() and image[..., :3].min() > 0.99
+
+
+def test_a_coarser_image_has_the_same_means(rng):
+    image = rng.random((16, 64, 4)).astype(np.float32)
+    small = billboard_capture._coarser(image, (4, 32))
+    assert small.shape == (4, 32, 4) and np.allclose(small.mean((0, 1)), image.mean((0, 1)))
+    assert np.array_equal(billboard_capture._coarser(image, (32, 64)), image), "never finer than it was traced"
