@@ -224,7 +224,7 @@ def _given(arguments, wanted: tuple[str, ...]) -> dict[str, object]:
         given["resolution"] = arguments.resolution
     if arguments.verb == "bake" and arguments.samples:
         given["samples"] = arguments.samples
-    registry.check_settings(wanted, dict(arguments.set))
+    registry.check_settings(tuple(n for n in wanted if n != EEVEE), dict(arguments.set))
     return given
 
 
