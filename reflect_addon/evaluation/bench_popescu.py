@@ -4,6 +4,7 @@ One mirror sphere fills the view; flat emissive squares stand around it. All fig
 """
 
 from functools import partial
+from pathlib import Path
 
 import bpy
 import numpy as np
