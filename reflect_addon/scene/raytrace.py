@@ -12,7 +12,6 @@ the user's. A surface counts as hit from 0.1 % opacity on. From the 32,767th obj
 
 import os
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import spaces
 from ..asset import Asset, half_with_scale
-from ..billboard_atlas import ROW, Placed, pack, table_rows
+from ..billboard_atlas import ROW, pack, table_rows
 from ..billboard_capture import capture, corners_of
 from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..cubemap import blend_levels
