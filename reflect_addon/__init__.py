@@ -8,15 +8,19 @@ MINIMUM_BLENDER = (5, 2, 0)
 _undo: list = []  # what unregister() calls, last first
 
 
+def unsuitable(app) -> str:
+    """Why Reflect cannot work in this Blender (bpy.app); "" when it can."""
+    if app.version >= MINIMUM_BLENDER:
+        return ""
+    return f"Reflect needs Blender {'.'.join(map(str, MINIMUM_BLENDER[:2]))} or newer; this is {app.version_string}."
+
+
 def register() -> None:
     """Adds Reflect to this Blender. Whatever fails is raised, after what was done until then was undone."""
     import bpy
 
-    if bpy.app.version < MINIMUM_BLENDER:
-        raise RuntimeError(
-            f"Reflect needs Blender {'.'.join(map(str, MINIMUM_BLENDER[:2]))} or newer; this is {bpy.app.version_string}. "
-            "Update Blender."
-        )
+    if reason := unsuitable(bpy.app):
+        raise RuntimeError(f"{reason} Update Blender.")
     if _undo:
         unregister()  # a script reload registers again without having unregistered
     from .registration import steps

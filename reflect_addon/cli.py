@@ -4,26 +4,31 @@ Exit status: 0 done, 1 the work failed, 2 wrong usage. Progress goes to standard
 """
 
 import argparse
+import ctypes
 import json
 import os
 import re
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
 from .core.errors import ReflectError
 
 LARGEST_SIDE = 16384  # px: what graphics cards take
 LARGEST_AREA = 1 << 26  # px: 64 million float4 pixels are 1 GiB
+LAST_FRAME = 1048574  # Blender's own limit
 EXAMPLE = "for example 240x180"
 
 
 def main(argv: list[str] | None = None) -> int:
     """Runs one verb and returns the exit status; wrong usage exits with 2 as argparse does."""
     arguments = parser().parse_args(sys.argv[1:] if argv is None else list(argv))
-    with own_output():
+    with own_output() as arguments.results, Interruption() as arguments.interruption:
         return _run(arguments)
 
 
@@ -31,7 +36,9 @@ def _run(arguments) -> int:
     try:
         from . import verbs
 
-        getattr(verbs, arguments.verb)(arguments)
+        if arguments.verb != "report":  # the one that needs no Blender
+            verbs.check_blender()
+        getattr(verbs, arguments.verb.replace("-", "_"))(arguments)
     except ReflectError as error:
         return _failed(arguments, error.message, error.remedy)
     except KeyboardInterrupt:
@@ -57,6 +64,7 @@ def parser() -> argparse.ArgumentParser:
     bake = _verb(verbs, "bake", "make the assets of methods")
     bake.add_argument("--methods", required=True, metavar="A,B", help="methods, separated by commas, or all")
     bake.add_argument("--objects", metavar="NAMES", help="only these reflectors, separated by commas")
+    bake.add_argument("--object", action="append", default=[], metavar="NAME", help="one more reflector, commas and all")
     bake.add_argument("--out", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
     bake.add_argument("--again", action="store_true", help="bake what is fresh too")
     bake.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
@@ -70,7 +78,10 @@ def parser() -> argparse.ArgumentParser:
     _settings(render, samples=False)
 
     evaluate = _verb(verbs, "evaluate", "how wrong, how fast, how large: results.json and pictures")
-    evaluate.add_argument("--methods", required=True, metavar="A,B|all")
+    evaluate.add_argument(
+        "--methods", required=True, metavar="A,B|all",
+        help="methods, separated by commas, or all; eevee adds EEVEE's own picture of the frame: all,eevee",
+    )  # fmt: skip
     evaluate.add_argument("--out", type=Path, required=True, metavar="DIR")
     evaluate.add_argument("--backend", choices=("gpu", "numpy", "eevee"), default="gpu")
     _view(evaluate, default_samples=64)
@@ -88,6 +99,13 @@ def parser() -> argparse.ArgumentParser:
     bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "all"))
     bench.add_argument("--out", type=Path, required=True, metavar="DIR")
 
+    # Without help text: for evaluate alone, which calls it on a copy of the file.
+    draw = verbs.add_parser("draw-eevee", description="Draw a job of evaluate's with EEVEE.")
+    draw.add_argument("file", nargs="?", type=Path, metavar="COPY.blend")
+    draw.add_argument("--job", type=Path, required=True, metavar="JOB.json")
+    draw.add_argument("--out", type=Path, required=True, metavar="DIR")
+    draw.set_defaults(json_progress=True)
+
     for verb in verbs.choices.values():
         verb.add_argument("--debug", action="store_true", help="show where an unexpected error came from")
     return top
@@ -103,7 +121,7 @@ def _verb(verbs, name: str, text: str) -> argparse.ArgumentParser:
 def _view(verb, default_samples: int) -> None:
     verb.add_argument("--size", type=_size, required=True, metavar="WxH")
     verb.add_argument("--camera", metavar="NAME", help="default: the scene's")
-    verb.add_argument("--frame", type=int, metavar="N", help="default: the file's current frame")
+    verb.add_argument("--frame", type=_frame, metavar="N", help="default: the file's current frame")
     verb.add_argument("--samples", type=_positive, default=default_samples, metavar="N", help="Cycles' paths per pixel")
 
 
@@ -124,6 +142,12 @@ def _size(text: str) -> tuple[int, int]:
             f"{width}x{height} is not possible; sides are 1 to {LARGEST_SIDE} and at most {LARGEST_AREA:,} pixels, {EXAMPLE}"
         )
     return width, height
+
+
+def _frame(text: str) -> int:
+    if not re.fullmatch(r"-?\d{1,7}", text) or abs(int(text)) > LAST_FRAME:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a frame; Blender's go from -{LAST_FRAME} to {LAST_FRAME}")
+    return int(text)
 
 
 def _positive(text: str) -> int:
@@ -156,28 +180,61 @@ def _picture(text: str) -> Path:
     return path
 
 
+class Interruption:
+    """For the length of a block Ctrl-C, SIGTERM and a closed terminal only set `came`: raised inside Blender's render, a
+    KeyboardInterrupt would be printed and lost. Progress reports answer False then, which ends the work in order. The
+    second one ends it where it is."""
+
+    def __init__(self):
+        self.came = False
+        self._before: dict[int, object] = {}
+
+    def __enter__(self) -> "Interruption":
+        if threading.current_thread() is threading.main_thread():
+            for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+                if number := getattr(signal, name, None):
+                    self._before[number] = signal.signal(number, self._note)
+        return self
+
+    def __exit__(self, *_exception) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler or signal.SIG_DFL)
+
+    def _note(self, _number, _frame) -> None:
+        if self.came:
+            raise KeyboardInterrupt
+        self.came = True
+
+
 @contextmanager
-def own_output() -> Iterator[None]:
-    """Blender writes what it reads and saves to standard output, where results belong: for this block that goes to standard
-    error, and only Python's own print reaches standard output."""
+def own_output() -> Iterator[TextIO]:
+    """Yields standard output for results. For the length of the block all else that is written there goes to standard
+    error: what Blender prints of files it reads and saves, and what its operators report through Python's print."""
     sys.stdout.flush()
+    _flush_c()
     kept, before = os.dup(1), sys.stdout
-    sys.stdout = os.fdopen(kept, "w", encoding="utf-8", errors="backslashreplace")
+    results = os.fdopen(kept, "w", encoding="utf-8", errors="backslashreplace")
+    sys.stdout = sys.stderr
     os.dup2(2, 1)
     try:
-        yield
+        yield results
     finally:
+        _flush_c()  # what Blender printed is still in C's buffer when standard output is a pipe
         os.dup2(kept, 1)
-        stream, sys.stdout = sys.stdout, before
+        sys.stdout = before
         try:
-            stream.close()
+            results.close()
         except BrokenPipeError:
             pass  # nobody reads the rest
 
 
+def _flush_c() -> None:
+    ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fflush(None)
+
+
 def _failed(arguments, message: str, remedy: str) -> int:
     if getattr(arguments, "json_progress", False):
-        print(json.dumps({"error": message, "remedy": remedy}), flush=True)
+        print(json.dumps({"error": message, "remedy": remedy}), file=arguments.results, flush=True)
     print(f"reflect: {message} {remedy}", file=sys.stderr)
     return 1
 

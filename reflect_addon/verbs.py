@@ -3,19 +3,21 @@
 import json
 import os
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from . import unsuitable
 from .core import methods as registry
 from .core.errors import ReflectError
-from .core.safe_write import write_whole
+from .core.safe_write import check_folder, check_writable, write_whole
 
 
 def analyse(arguments) -> None:
     from .evaluation.analyse import analyse_scene, as_text
 
     found = analyse_scene(_scene(arguments))
-    print(json.dumps(found, indent=1) if arguments.json else as_text(found))
+    _print(arguments, json.dumps(found, indent=1) if arguments.json else as_text(found))
 
 
 def bake(arguments) -> None:
@@ -25,47 +27,53 @@ def bake(arguments) -> None:
     from .scene.raytrace import trace
 
     wanted = _methods(arguments.methods)
+    settings = _given(arguments, wanted)
     scene = _scene(arguments)
     folder = arguments.out or assets_of(scene)
-    names = [n for n in (arguments.objects or "").split(",") if n]
-    say = _json_progress if arguments.json_progress else _progress
-    _check_writable(folder)
-    with open_frame(scene, None) as snapshot:
+    names = [n for n in (arguments.objects or "").split(",") if n] + arguments.object
+    say = (_json_progress if arguments.json_progress else _progress)(arguments)
+    check_folder(folder)
+    with open_frame(scene, None, say) as snapshot:
         paths = bake_assets(
-            snapshot, wanted, folder, reflectors=names, settings=_given(arguments), tracer=partial(trace, scene=scene),
+            snapshot, wanted, folder, reflectors=names, settings=settings, tracer=partial(trace, scene=scene),
             progress=say, again=arguments.again,
         )  # fmt: skip
     if arguments.json_progress:
-        print(json.dumps({"done": [str(p) for p in paths]}), flush=True)
+        _print(arguments, json.dumps({"done": [str(p) for p in paths]}))
     else:
-        print("\n".join(map(str, paths)))
+        _print(arguments, "\n".join(map(str, paths)))
 
 
 def render(arguments) -> None:
     from .evaluation.render import render_picture
 
-    registry.get(arguments.method)
-    _check_writable(arguments.out.parent)
+    _methods(arguments.method)
+    settings = _given(arguments, (arguments.method,))
+    check_writable(arguments.out)
     render_picture(
         _scene(arguments), arguments.method, arguments.size, arguments.out, camera=arguments.camera,
-        frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=_given(arguments),
-        progress=_progress,
+        frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=settings,
+        progress=_progress(arguments),
     )  # fmt: skip
-    print(arguments.out)
+    _print(arguments, arguments.out)
 
 
 def evaluate(arguments) -> None:
     from .evaluation.evaluate import evaluate as run
 
     if arguments.backend == "eevee":
-        raise ReflectError("Methods cannot be evaluated as EEVEE nodes yet.", "Use --backend gpu or --backend numpy.")
-    wanted = _methods(arguments.methods)
-    _check_writable(arguments.out)
+        raise ReflectError(
+            "Methods cannot be evaluated as EEVEE nodes yet.",
+            "Use --backend gpu or --backend numpy. EEVEE's own picture is asked for with --methods all,eevee.",
+        )
+    wanted = _methods(arguments.methods, peers=(EEVEE,))
+    settings = _given(arguments, wanted)
+    check_folder(arguments.out)
     run(
         _scene(arguments), wanted, arguments.size, arguments.out, camera=arguments.camera, frame=arguments.frame,
-        samples=arguments.samples, backend=arguments.backend, settings=_given(arguments), progress=_progress,
+        samples=arguments.samples, backend=arguments.backend, settings=settings, progress=_progress(arguments),
     )  # fmt: skip
-    print(arguments.out / "results.json")
+    _print(arguments, arguments.out / "results.json")
 
 
 def shader(arguments) -> None:
@@ -74,10 +82,10 @@ def shader(arguments) -> None:
     from .scene.bake import load_assets
     from .scene.places import assets_of
 
-    registry.get(arguments.method)
+    _methods(arguments.method)
     scene = _scene(arguments)
     folder = arguments.assets or assets_of(scene)
-    with open_frame(scene, None) as snapshot:
+    with open_frame(scene, None, _progress(arguments)) as snapshot:
         found = load_assets(snapshot, arguments.method, folder)
     if not found:
         raise ReflectError(
@@ -90,21 +98,48 @@ def shader(arguments) -> None:
         kernel = emit_glsl(record(registry.get(arguments.method).trace, asset), wanted, "answer", push_bytes=0)
         sources.setdefault(kernel.typedef + "\n" + kernel.source, []).append(name)
     for source, names in sources.items():
-        print(f"// {arguments.method} of {', '.join(names)}\n{source}")
+        _print(arguments, f"// {arguments.method} of {' '.join(', '.join(names).split())}\n{source}")
+
+
+def draw_eevee(arguments) -> None:
+    """EEVEE's pictures of a job of evaluation/peer.py; the file is a copy that is changed and never saved."""
+    from .gpu.device import describe
+    from .scene import peer_render
+
+    open_blend(arguments.file)
+    job = peer_render.Job.from_plain(json.loads(arguments.job.read_text()))
+    said = peer_render.render(job, arguments.out, _json_progress(arguments))
+    found = describe()
+    said["device"] = f"{found['renderer']} ({found['device']})"
+    write_whole(arguments.out / "said.json", json.dumps(said).encode())
+    _print(arguments, json.dumps({"done": [str(arguments.out)]}))
 
 
 def report(arguments) -> None:
     from .evaluation.report import report as write
 
-    _check_writable(arguments.out)
-    print(write(arguments.folders, arguments.out))
+    check_folder(arguments.out)
+    _print(arguments, write(arguments.folders, arguments.out))
 
 
 def bench(arguments) -> None:
     from .evaluation.bench import bench as measure
 
-    _check_writable(arguments.out)
-    print(measure(arguments.which, arguments.out, _progress))
+    check_folder(arguments.out)
+    _print(arguments, measure(arguments.which, arguments.out, _progress(arguments)))
+
+
+def check_blender() -> None:
+    """ReflectError when this is no Blender of a version that Reflect works in."""
+    try:
+        import bpy
+    except ImportError as error:
+        raise ReflectError(
+            f"This Python has no Blender in it ({error}).",
+            "Use ./dev reflect ..., which sets it up, or blender -b FILE.blend --command reflect ...",
+        ) from error
+    if reason := unsuitable(bpy.app):
+        raise ReflectError(reason, "Update Blender.")
 
 
 def open_blend(path: Path | None):
@@ -115,27 +150,37 @@ def open_blend(path: Path | None):
         if not bpy.data.filepath and bpy.app.module:
             raise ReflectError("No file was named.", "Put the .blend after the verb: reflect analyse FILE.blend.")
         return bpy
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ReflectError(f"There is no file {path}.", "Check the path; it should name a .blend.")
-    if path.stat().st_size < 12:
-        raise ReflectError(f"{path} is empty or cut short.", "Restore it from a backup (.blend1).")
-    with path.open("rb") as file:
-        start = file.read(7)
-    # Plain, gzip (to 2.93) and zstd (since 3.0).
-    if not (start == b"BLENDER" or start[:2] == b"\x1f\x8b" or start[:4] == b"\x28\xb5\x2f\xfd"):
-        raise ReflectError(f"{path} is not a .blend file.", "Name a file that Blender saved.")
-    if bpy.data.filepath and os.path.samefile(bpy.data.filepath, path):
-        return bpy
     try:
-        bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
-    except RuntimeError as error:
-        reason = str(error).strip().removeprefix("Error: ").splitlines()[0]
-        raise ReflectError(
-            f"{path} could not be opened: {reason}", "Save it again with Blender 5.2, or restore a backup (.blend1)."
-        ) from error
+        with path.open("rb") as file:
+            start = file.read(12)
+    except OSError as error:
+        raise ReflectError(f"{path} cannot be read ({error.strerror or error}).", "Check its permissions.") from error
+    if len(start) < 12:
+        raise ReflectError(f"{path} is empty or cut short.", "Restore it from a backup (.blend1).")
+    # Plain, gzip (to 2.93) and zstd (since 3.0).
+    if not (start.startswith(b"BLENDER") or start[:2] == b"\x1f\x8b" or start[:4] == b"\x28\xb5\x2f\xfd"):
+        raise ReflectError(f"{path} is not a .blend file.", "Name a file that Blender saved.")
+    if not (bpy.data.filepath and os.path.samefile(bpy.data.filepath, path)):
+        try:
+            bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
+        except RuntimeError as error:
+            reason = str(error).strip().removeprefix("Error: ").splitlines()[0]
+            raise ReflectError(
+                f"{path} could not be opened: {reason}", "Save it again with Blender 5.2, or restore a backup (.blend1)."
+            ) from error
+    for library in bpy.data.libraries:
+        if library.is_missing:
+            where = bpy.path.abspath(library.filepath)
+            _warn(f"The library {where} is missing, and with it what is linked from there. Put it back, or relocate it.")
     if tuple(bpy.data.version) > bpy.app.version[:2] + (9999,):
-        print(f"reflect: {path} was saved by a newer Blender ({bpy.data.version[:2]}).", file=sys.stderr)
+        _warn(f"{path} was saved by a newer Blender ({bpy.data.version[0]}.{bpy.data.version[1]}); parts of it may be lost.")
     return bpy
+
+
+def _warn(sentence: str) -> None:
+    print(f"reflect: Warning: {sentence}", file=sys.stderr, flush=True)
 
 
 def _scene(arguments):
@@ -151,35 +196,64 @@ def _scene(arguments):
     return scene
 
 
-def _methods(text: str) -> tuple[str, ...]:
-    names = registry.names() if text == "all" else tuple(n.strip() for n in text.split(",") if n.strip())
+EEVEE = "eevee"  # evaluation/peer.py; named here so that reading a command loads no evaluation
+
+
+def _methods(text: str, peers: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Names of methods in a list, each once; `all` stands for every method, but for no peer."""
+    names = []
+    for name in (n.strip() for n in text.split(",") if n.strip()):
+        names += registry.names() if name == "all" else [name]
     if not names:
         raise ReflectError("No method was named.", f"Choose among: {', '.join(registry.names())}.")
     for name in names:
-        registry.get(name)
+        if name == EEVEE and name not in peers:
+            raise ReflectError(
+                "eevee is EEVEE's own picture, to compare methods with: only evaluate makes it, and there is nothing to bake.",
+                f"Choose among: {', '.join(registry.names())}.",
+            )
+        if name not in peers:
+            registry.get(name)
     return tuple(dict.fromkeys(names))
 
 
-def _given(arguments) -> dict[str, object]:
-    """Settings of the bake that were asked for; `evaluate --samples` are the truth's and not among them."""
+def _given(arguments, wanted: tuple[str, ...]) -> dict[str, object]:
+    """Settings of the bake that were asked for, checked; `evaluate --samples` are the truth's and not among them."""
     given = dict(arguments.set)
     if arguments.resolution:
         given["resolution"] = arguments.resolution
     if arguments.verb == "bake" and arguments.samples:
         given["samples"] = arguments.samples
+    registry.check_settings(tuple(n for n in wanted if n != EEVEE), dict(arguments.set))
     return given
 
 
-def _check_writable(folder: Path) -> None:
-    """Before minutes of work: can the result be written there at all?"""
-    probe = Path(folder) / ".reflect-probe"
-    write_whole(probe, b"")
-    probe.unlink()
+def _progress(arguments) -> Callable[[float, str], bool]:
+    """Progress as lines on standard error, each once: who waits for something repeats itself. False asks the work to end:
+    see cli.Interruption."""
+    last = ""
+
+    def say(share: float, text: str) -> bool:
+        nonlocal last
+        line = f"reflect: {share * 100:3.0f} % {text}"
+        if line != last:
+            print(line, file=sys.stderr, flush=True)
+        last = line
+        return not arguments.interruption.came
+
+    return say
 
 
-def _progress(share: float, text: str) -> None:
-    print(f"reflect: {share * 100:3.0f} % {text}", file=sys.stderr, flush=True)
+def _json_progress(arguments) -> Callable[[float, str], bool]:
+    """The same as JSON on standard output, for the process that started this one."""
+
+    def say(share: float, text: str) -> bool:
+        _print(arguments, json.dumps({"progress": round(share, 4), "message": text}))
+        return not arguments.interruption.came
+
+    return say
 
 
-def _json_progress(share: float, text: str) -> None:
-    print(json.dumps({"progress": round(share, 4), "message": text}), flush=True)
+def _print(arguments, result) -> None:
+    """To standard output, which cli.py keeps free of everything else."""
+    print(result, file=arguments.results, flush=True)

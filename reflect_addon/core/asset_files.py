@@ -14,7 +14,6 @@ import json
 import math
 import os
 import re
-import secrets
 import shutil
 import stat
 from pathlib import Path
@@ -24,7 +23,7 @@ import numpy as np
 from .asset import Asset
 from .asset_places import asset_folder  # noqa: F401  where the folders lie: one interface with this module
 from .errors import ReflectError
-from .processes import is_abandoned, signature
+from .processes import remove_abandoned, temporary_name
 
 FORMAT = 1
 JSON_NAME = "asset.json"
@@ -51,10 +50,10 @@ def save_asset(asset: Asset, folder: Path) -> Path:
     """
     folder = Path(folder)
     files, document = _document(asset)
-    temporary = folder.parent / f".tmp-{signature()}-{secrets.token_hex(4)}"
+    temporary = folder.parent / temporary_name()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        _remove_leftovers(folder.parent)
+        remove_abandoned(folder.parent)
         temporary.mkdir()
         try:
             for name, parts in files.items():
@@ -198,14 +197,6 @@ def _sync_folder(folder: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-
-
-def _remove_leftovers(parent: Path) -> None:
-    """Deletes the temporary folders of processes that died while they wrote."""
-    for path in parent.glob(".tmp-*"):
-        signed = path.name.removeprefix(".tmp-").rpartition("-")[0]
-        if path.is_dir() and not path.is_symlink() and is_abandoned(signed, path.stat().st_mtime):
-            shutil.rmtree(path, ignore_errors=True)
 
 
 # --- reading

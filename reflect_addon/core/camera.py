@@ -20,6 +20,11 @@ class Camera:
     def is_orthographic(self) -> bool:
         return bool(self.clip_from_camera[3, 3] == 1.0)
 
+    def depths(self) -> tuple[float, float]:
+        """(near, far): the clipping planes' distances before the eye, m."""
+        planes = _unproject(np.linalg.inv(self.clip_from_camera), np.zeros((2, 2)), np.array([[-1.0], [1.0]]))
+        return float(-planes[0, 2]), float(-planes[1, 2])
+
     def clip_from_world(self) -> np.ndarray:
         return self.clip_from_camera @ np.linalg.inv(self.world_from_camera)
 
@@ -42,6 +47,7 @@ class Camera:
         )
 
 
-def _unproject(camera_from_clip: np.ndarray, ndc: np.ndarray, z: float) -> np.ndarray:
-    p = np.concatenate([ndc, np.full((len(ndc), 1), z), np.ones((len(ndc), 1))], -1) @ camera_from_clip.T
+def _unproject(camera_from_clip: np.ndarray, ndc: np.ndarray, z: float | np.ndarray) -> np.ndarray:
+    one = np.ones((len(ndc), 1))
+    p = np.concatenate([ndc, z * one, one], -1) @ camera_from_clip.T
     return p[:, :3] / p[:, 3:]

@@ -6,14 +6,13 @@ from time import perf_counter
 import numpy as np
 
 from ..core import methods as registry
-from ..core.asset import Asset
+from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.kernel import Counts, record, run_numpy
 from ..core.look import Look
 from ..core.rays import Answer, RayMap, Rays
 from ..core.snapshot import SceneSnapshot
 from ..gpu.timing import Work
-from .assets import asset_of
 from .raymap_numpy import numpy_ray_map
 
 

@@ -3,13 +3,12 @@
 One mirror sphere fills the view; flat emissive squares stand around it. All figures are ratios within this run.
 """
 
-import tempfile
 from functools import partial
-from pathlib import Path
 
 import bpy
 import numpy as np
 
+from ..core.processes import temporary_folder
 from ..scene.bake import bake_assets, load_assets
 from ..scene.camera import camera_of
 from ..scene.raytrace import trace
@@ -27,12 +26,12 @@ def measure(progress) -> list[dict]:
     from ..gpu.timing import time_in_turns
 
     names, works = [], []
-    with tempfile.TemporaryDirectory(prefix="reflect-bench-") as folder:
+    with temporary_folder("reflect-bench-") as folder:
         for number, quads in enumerate(QUADS):
             progress(0.8 * number / len(QUADS), f"popescu: {quads} squares around a mirror sphere")
             for method in ("environment", "box_proxy", "billboards") if quads == QUADS[0] else ("billboards",):
                 names.append((method, quads))
-                works.append(_work(_scene(quads), method, Path(folder) / str(quads)))
+                works.append(_work(_scene(quads), method, folder / str(quads)))
     progress(0.8, "popescu: timing")
     times = time_in_turns(works, TURNS, FRAMES)
     base = names.index(("environment", QUADS[0]))

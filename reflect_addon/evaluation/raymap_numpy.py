@@ -19,7 +19,7 @@ def numpy_ray_map(snapshot: SceneSnapshot, camera: Camera) -> RayMap:
     reflector = np.full(count, -1, np.int32)
     soup = _soup(snapshot)
     if len(soup["corners"]):
-        pixels, triangles = _first_hits(soup["corners"], rays)
+        pixels, triangles = _first_hits(soup["corners"], rays, *_reach(camera, rays))
         shiny = soup["reflector"][triangles] >= 0
         pixels, triangles = pixels[shiny], triangles[shiny]
         view, start = rays.direction[pixels].astype(np.float64), rays.origin[pixels].astype(np.float64)
@@ -54,10 +54,21 @@ def _soup(snapshot: SceneSnapshot) -> dict[str, np.ndarray]:
     return {n: np.concatenate(a) for n, a in (("corners", corners), ("normals", normals), ("reflector", reflectors))}
 
 
-def _first_hits(corners: np.ndarray, rays) -> tuple[np.ndarray, np.ndarray]:
-    """(pixels, triangles) of the rays that meet something."""
+def _reach(camera: Camera, rays) -> tuple[np.ndarray, np.ndarray]:
+    """(N,) each: where along the rays the camera's clipping planes lie, as a rasteriser clips."""
+    near, far = camera.depths()
+    if camera.is_orthographic:  # its rays start on the near plane
+        return np.zeros(len(rays)), np.full(len(rays), far - near)
+    along = rays.direction.astype(np.float64) @ -camera.world_from_camera[:3, 2]
+    return near / along, far / along
+
+
+def _first_hits(corners: np.ndarray, rays, near: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(pixels, triangles) of the rays that meet something between near and far."""
     tree = BVHTree.FromPolygons(corners.reshape(-1, 3).tolist(), np.arange(corners.size // 3).reshape(-1, 3).tolist())
-    found = [tree.ray_cast(o, d)[2] for o, d in zip(rays.origin.tolist(), rays.direction.tolist())]
+    starts = rays.origin + rays.direction * near[:, None]
+    rays_within = zip(starts.tolist(), rays.direction.tolist(), (far - near).tolist())
+    found = [tree.ray_cast(start, direction, reach)[2] for start, direction, reach in rays_within]
     triangles = np.array([-1 if t is None else t for t in found], np.int64)
     pixels = np.flatnonzero(triangles >= 0)
     return pixels, triangles[pixels]

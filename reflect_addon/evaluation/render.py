@@ -5,13 +5,15 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..core.asset import asset_of
 from ..core.errors import ReflectError
-from ..scene.bake import load_assets
+from ..core.progress import teller
+from ..scene.bake import chosen_reflectors, load_assets
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
 from ..scene.look import read_look
 from ..scene.raytrace import primary
-from .assets import asset_of, assets_for
+from .assets import assets_for
 from .evaluate import named_camera
 from .frame import open_frame
 from .png import write_png
@@ -32,10 +34,13 @@ def render_picture(
 ) -> None:
     """Writes `out`: .png through the scene's view transform, .exr scene-linear. Assets come from the folder `assets`, or
     are those beside the .blend, baked when they are missing or stale."""
+    from ..gpu.device import ensure
     from ..gpu.renderer import Renderer
 
-    say = progress or (lambda share, text: None)
-    with open_frame(scene, frame) as snapshot:
+    ensure()  # before minutes of work
+    say = teller(progress, "The picture")
+    with open_frame(scene, frame, say) as snapshot:
+        chosen_reflectors(snapshot, ())
         view = camera_of(scene, named_camera(scene, camera), *size)
         if assets is None:
             loaded = assets_for(scene, snapshot, method, out.parent, settings, lambda s, t: say(0.5 * s, t))

@@ -6,6 +6,7 @@ strict: a report must not quietly leave out or misread what somebody measured.
 
 import json
 import math
+import os
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 
@@ -73,7 +74,7 @@ def write_rows(rows: list[Row], folder: Path) -> Path:
 def read_rows(folder: Path) -> list[Row]:
     """The rows of a folder's results.json (or of the file itself). ReflectError naming the file and what is wrong."""
     path = Path(folder)
-    path = path / FILE_NAME if path.is_dir() else path
+    path = path / FILE_NAME if os.path.isdir(path) else path
     try:
         if path.stat().st_size > _LARGEST:
             raise _bad(path, "is far too large to be one")

@@ -1,5 +1,10 @@
 """The device: started when there is no window, described, or refused with a remedy."""
 
+import ctypes
+import functools
+import subprocess
+import sys
+
 import bpy
 
 from ..core.errors import ReflectError
@@ -22,11 +27,48 @@ def ensure():
             raise ReflectError(
                 f"Blender {bpy.app.version_string} cannot draw in the background.", "Use Blender 5.2 or newer."
             )
+        _check_that_it_starts()
         try:
             gpu.init()
         except SystemError as error:
             raise ReflectError(f"No usable graphics device was found ({error}).", _REMEDY) from error
     return gpu
+
+
+@functools.cache
+def _check_that_it_starts() -> None:
+    """Without a usable driver gpu.init() of 5.2 ends the whole process (a segmentation fault): where that is to be feared,
+    another process tries it first. ReflectError when it does not come back well."""
+    if sys.platform != "linux" or _egl_starts():
+        return
+    code = "import bpy, gpu; gpu.init()"
+    if bpy.app.module:
+        command = [sys.executable, "-c", code]
+    else:
+        command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=60, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise ReflectError(f"No usable graphics device was found ({error}).", _REMEDY) from error
+    if done.returncode:
+        lines = [line for line in done.stderr.decode(errors="replace").splitlines() if "EGL" in line or "GPU" in line]
+        why = lines[-1].strip() if lines else f"the driver ends the process with status {done.returncode}"
+        raise ReflectError(f"No usable graphics device was found ({why}).", _REMEDY)
+
+
+def _egl_starts() -> bool:
+    """Whether Mesa's EGL gives a display without a screen, as Blender asks for in the background: 30 ms, no process."""
+    surfaceless = 0x31DD
+    try:
+        egl = ctypes.CDLL("libEGL.so.1")
+        pointer = ctypes.c_void_p
+        egl.eglGetPlatformDisplay.restype = pointer
+        egl.eglGetPlatformDisplay.argtypes = [ctypes.c_uint, pointer, pointer]
+        egl.eglInitialize.argtypes = [pointer] * 3
+        display = egl.eglGetPlatformDisplay(surfaceless, None, None)
+        return bool(display and egl.eglInitialize(display, None, None))
+    except (OSError, AttributeError):  # no such library, or one from before EGL 1.5
+        return False
 
 
 def describe() -> dict[str, str]:

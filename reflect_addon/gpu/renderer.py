@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.asset import Asset
+from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
@@ -44,7 +44,7 @@ class Group:
 
 
 class Renderer:
-    """assets: reflector object name -> Asset, already joined with what it requires ("" serves every other reflector).
+    """assets: by reflector (core.asset.asset_of), already joined with what they require.
     look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off."""
 
     def __init__(
@@ -119,7 +119,7 @@ class Renderer:
     def _group_reflectors(self) -> list[Group]:
         groups: list[Group] = []
         for index, instance in enumerate(self.snapshot.reflectors()):
-            asset = self.assets.get(instance.object_name, self.assets.get(""))
+            asset = asset_of(self.assets, instance)
             if asset is None:
                 continue
             if groups and groups[-1].asset is asset and groups[-1].last == index - 1:

@@ -3,6 +3,7 @@ and tests."""
 
 import hashlib
 import json
+import os
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,16 +11,17 @@ from pathlib import Path
 
 from ..core import methods
 from ..core.asset import Asset
-from ..core.asset_files import is_fresh, load_asset, save_asset
+from ..core.asset_files import BAKE_AGAIN, is_fresh, load_asset, save_asset
 from ..core.asset_places import asset_name
 from ..core.bake_lock import one_bake_at_a_time
-from ..core.errors import Cancelled, ReflectError
-from ..core.methods.job import BakeJob
+from ..core.errors import ReflectError
+from ..core.kernel import record
+from ..core.job import BakeJob
+from ..core.progress import Progress, teller
 from ..core.snapshot import Instance, SceneSnapshot
 from .intersect import intersector
 from .raytrace import trace
 
-Progress = Callable[[float, str], object]
 
 
 @one_bake_at_a_time
@@ -42,7 +44,7 @@ def bake_assets(
     """
     chosen = chosen_reflectors(scene, reflectors)
     kinds = methods.with_required(tuple(wanted))
-    tell = _teller(progress)
+    tell = teller(progress, "The bake")
     shared: dict = {}
     intersect = intersector(scene)
     paths = []
@@ -56,7 +58,7 @@ def bake_assets(
             share = 1 / (len(chosen) * len(kinds))
             text = f"{methods.get(kind).LABEL} of {reflector.name}"
             tell(start, text)
-            asset = None if again else _fresh(path, inputs)
+            asset = None if again else _fresh(path, kind, inputs, _required(kind, done))
             if asset is None:
                 began = time.perf_counter()
 
@@ -82,9 +84,10 @@ def load_assets(scene: SceneSnapshot, method: str, folder: Path) -> dict[str, As
     found = {}
     for reflector in scene.reflectors():
         paths = [Path(folder) / asset_name(kind, reflector.name) for kind in (method, *methods.get(method).REQUIRES)]
-        if all((path / "asset.json").is_file() for path in paths):
-            own, *others = [load_asset(path) for path in paths]
-            found[reflector.name] = own.joined(*others)
+        if all(os.path.isfile(path / "asset.json") for path in paths):
+            kinds = (method, *methods.get(method).REQUIRES)
+            own, *others = [_load(path, kind) for path, kind in zip(paths, kinds, strict=True)]
+            found[reflector.name] = _answering(own, others, paths[0])
     return found
 
 
@@ -98,15 +101,17 @@ def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) 
     """The reflectors of these objects, or all. ReflectError when there is none or a name is not one of them."""
     everything = scene.reflectors()
     if not everything:
+        left_out = "".join(f" {warning}" for warning in scene.warnings[:3])  # often the very one that was meant
         raise ReflectError(
-            f"The scene '{scene.scene_name}' has no reflector.",
-            "Give an object a metallic or glossy material, or mark it: Object > Reflect > Mark as Reflector.",
+            f"The scene '{scene.scene_name}' has no reflector.{left_out}",
+            "Give an object with faces a metallic or glossy material of low roughness, or mark it as a reflector.",
         )
     known = {i.object_name for i in everything} | {i.name for i in everything}
     for name in names:
         if name not in known:
+            why = "".join(f" {warning}" for warning in scene.warnings if warning.startswith(f"{name} "))
             raise ReflectError(
-                f"The object '{name}' is not a reflector of the scene '{scene.scene_name}'.",
+                f"The object '{name}' is not a reflector of the scene '{scene.scene_name}'.{why}",
                 f"Reflectors are: {', '.join(sorted({i.object_name for i in everything}))}.",
             )
     return tuple(i for i in everything if not names or i.name in names or i.object_name in names)
@@ -124,24 +129,36 @@ def inputs_hash(scene: SceneSnapshot, kind: str, reflector: Instance, settings: 
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
 
 
+def _load(path: Path, kind: str) -> Asset:
+    """The asset in the folder, which must be of this kind."""
+    asset = load_asset(path)
+    if asset.kind != kind:
+        raise ReflectError(f"{path} is an asset of {asset.kind}, not of {kind}.", BAKE_AGAIN)
+    return asset
+
+
+def _answering(own: Asset, others: list[Asset], path: Path) -> Asset:
+    """The asset joined with those it requires, when it has all that its kernel asks for: a whole asset of another version
+    or program may not."""
+    try:
+        asset = own.joined(*others)
+        record(methods.get(own.kind).trace, asset)
+    except (KeyError, ValueError, TypeError) as error:
+        raise ReflectError(f"{path} lacks what {own.kind} needs ({error}).", BAKE_AGAIN) from error
+    return asset
+
+
 def _required(kind: str, done: dict[str, Asset]) -> dict[str, Asset]:
     return {required: done[required] for required in methods.get(kind).REQUIRES}
 
 
-def _fresh(path: Path, inputs: str) -> Asset | None:
+def _fresh(path: Path, kind: str, inputs: str, required: dict[str, Asset]) -> Asset | None:
     """The asset on disk when it can be used as it is; a missing, damaged or stale one is baked again."""
-    if not (path / "asset.json").is_file():
+    if not os.path.isfile(path / "asset.json"):
         return None
     try:
-        asset = load_asset(path)
+        asset = _load(path, kind)
+        _answering(asset, list(required.values()), path)
     except ReflectError:
         return None
     return asset if is_fresh(asset, inputs) else None
-
-
-def _teller(progress: Progress | None) -> Progress:
-    def tell(done: float, text: str) -> None:
-        if progress is not None and progress(done, text) is False:
-            raise Cancelled("The bake")
-
-    return tell

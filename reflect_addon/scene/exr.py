@@ -10,6 +10,8 @@ import bpy
 import numpy as np
 
 from ..core.errors import ReflectError
+from ..core.processes import NO_ROOM
+from ..core.safe_write import ELSEWHERE, whole_file
 
 
 def bundled(name: str):
@@ -25,18 +27,20 @@ def bundled(name: str):
         ) from error
 
 
-def write_exr(path: Path, channels: np.ndarray) -> None:
-    """Writes (H, W, C) float32 as an uncompressed EXR. Raises ReflectError naming the file (disk full)."""
+def write_exr(path: Path, channels: np.ndarray, remedy: str = ELSEWHERE) -> None:
+    """Writes (H, W, C) float32 as an uncompressed EXR, whole or not at all. ReflectError (disk full) names the file, and
+    the remedy."""
     oiio = bundled("OpenImageIO")
     height, width, count = channels.shape
     spec = oiio.ImageSpec(width, height, count, "float")
     spec.attribute("compression", "none")
-    out = oiio.ImageOutput.create(str(path))
-    if out is None or not out.open(str(path), spec):
-        raise _cannot("write", path, oiio.geterror() if out is None else out.geterror())
-    written = out.write_image(np.ascontiguousarray(channels[::-1], np.float32))
-    if not (out.close() and written):
-        raise _cannot("write", path, out.geterror())
+    with whole_file(path, remedy) as temporary:
+        out = oiio.ImageOutput.create(str(temporary))
+        if out is None or not out.open(str(temporary), spec):
+            raise OSError(_reason(oiio.geterror() if out is None else out.geterror()))
+        written = out.write_image(np.ascontiguousarray(channels[::-1], np.float32))
+        if not (out.close() and written):
+            raise OSError(_reason(out.geterror()))
 
 
 def read_exr(path: Path) -> dict[str, np.ndarray]:
@@ -44,12 +48,12 @@ def read_exr(path: Path) -> dict[str, np.ndarray]:
     oiio = bundled("OpenImageIO")
     source = oiio.ImageInput.open(str(path))
     if source is None:
-        raise _cannot("read", path, oiio.geterror())
+        raise _unreadable(path, oiio.geterror())
     try:
         spec = source.spec()
         pixels = source.read_image("float")
         if pixels is None:
-            raise _cannot("read", path, source.geterror())
+            raise _unreadable(path, source.geterror())
     finally:
         source.close()
     pixels = np.asarray(pixels, np.float32).reshape(spec.height, spec.width, spec.nchannels)[::-1]
@@ -61,8 +65,9 @@ def stacked(channels: dict[str, np.ndarray], layer: str, names: str) -> np.ndarr
     return np.stack([channels[f"{layer}.{name}"] for name in names], -1)
 
 
-def _cannot(verb: str, path: Path, reason: str) -> ReflectError:
-    return ReflectError(
-        f"Cannot {verb} the temporary file {path} ({reason.strip() or 'no reason given'}).",
-        "Free some disk space, or set TMPDIR to a folder with room that you may write to.",
-    )
+def _unreadable(path: Path, reason: str) -> ReflectError:
+    return ReflectError(f"Cannot read the temporary file {path} ({_reason(reason)}).", NO_ROOM)
+
+
+def _reason(text: str) -> str:
+    return " ".join(text.split()) or "no reason given"

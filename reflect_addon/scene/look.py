@@ -1,13 +1,11 @@
 """The scene's view transform read from Blender without OpenColorIO's Python, which some builds lack: an image of all
 the table's colours is saved with the scene's view settings and read back (view, look, gamma, curves, white balance)."""
 
-import tempfile
-from pathlib import Path
-
 import bpy
 import numpy as np
 
 from ..core.look import TABLE_SIDE, Look, table_inputs
+from ..core.processes import temporary_folder
 
 
 def look_signature(scene: bpy.types.Scene) -> tuple:
@@ -44,8 +42,8 @@ def _developed_table(scene: bpy.types.Scene) -> np.ndarray:
     # Blue slices side by side: row = green, column = blue * side + red.
     pixels[..., :3] = table_inputs().transpose(1, 0, 2, 3).reshape(side, side * side, 3)
     made: list = []
-    with tempfile.TemporaryDirectory(prefix="reflect-look-") as folder:
-        path = str(Path(folder) / "table.png")
+    with temporary_folder("reflect-look-") as folder:
+        path = str(folder / "table.png")
         try:
             twin = scene.copy()
             made.append((bpy.data.scenes, twin))

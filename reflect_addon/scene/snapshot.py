@@ -106,6 +106,9 @@ class _Reader:
         name = original.name
         if obj.type in WITH_FACES:
             self._expected[name] = None
+        if obj.type == "MESH" and obj.data.is_editmode and len(obj.data.polygons) == 0:
+            obj.to_mesh()  # while it is edited, Blender fills a mesh without modifiers only on request
+            obj.to_mesh_clear()
         if obj.type != "MESH" or len(obj.data.polygons) == 0:
             return
         if not np.isfinite(matrix).all():

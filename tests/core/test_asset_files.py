@@ -340,12 +340,12 @@ def test_another_running_process_keeps_its_temporary_folder(tmp_path):
     from reflect_addon.core.processes import signature
 
     host = signature().partition("-")[2]
-    running = tmp_path / f".tmp-{os.getppid()}-{host}-00"
+    running = tmp_path / f".reflect-{os.getppid()}-{host}-00"
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
-    left = tmp_path / f".tmp-{dead.pid}-{host}-00"
-    elsewhere = tmp_path / f".tmp-{dead.pid}-{host}x-00"
-    old = tmp_path / f".tmp-{dead.pid}-{host}x-01"
+    left = tmp_path / f".reflect-{dead.pid}-{host}-00"
+    elsewhere = tmp_path / f".reflect-{dead.pid}-{host}x-00"
+    old = tmp_path / f".reflect-{dead.pid}-{host}x-01"
     for path in (running, left, elsewhere, old):
         path.mkdir()
     os.utime(old, (0, 0))

@@ -5,7 +5,7 @@ A method module has
     LABEL: str                   the words in the panel
     REQUIRES: tuple[str, ...]    kinds of assets it reads beside its own, baked first
     DEFAULTS: dict               its settings and their defaults
-    bake(job: BakeJob) -> Asset  see methods/job.py
+    bake(job: BakeJob) -> Asset  see core/job.py
     trace(k, asset, ray) -> Hit  the kernel (docs/decisions.md, "Kernel language")
 """
 
@@ -56,3 +56,22 @@ def with_required(wanted: tuple[str, ...] | list[str]) -> tuple[str, ...]:
     for name in wanted:
         visit(name)
     return tuple(ordered)
+
+
+SIDES = {"resolution", "texels"}  # settings that are sides of images
+
+
+def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]) -> None:
+    """ReflectError when a setting is known to none of the methods (nor to what they require) or has no possible value."""
+    known: dict[str, object] = {}
+    for name in with_required(wanted):
+        known |= get(name).DEFAULTS
+    for name, value in given.items():
+        if name not in known:
+            raise ReflectError(
+                f"{', '.join(wanted)} has no setting '{name}'.", f"There are: {', '.join(sorted(known)) or 'none'}."
+            )
+        if isinstance(known[name], int) and (type(value) is not int or not 1 <= value <= 999999):
+            raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a whole number from 1 to 999999.")
+        if name in SIDES and (value & (value - 1) or not 4 <= value <= 8192):
+            raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a power of two from 4 to 8192.")
