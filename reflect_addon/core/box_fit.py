@@ -34,6 +34,10 @@ class Box:
     rim_low: np.ndarray  # (3,) float64, m
     rim_high: np.ndarray  # (3,) float64, m
 
+    def has_walls(self) -> bool:
+        """Whether it differs from the sky at all."""
+        return bool(np.any(self.high < spaces.FAR) or np.any(self.low > -spaces.FAR))
+
     def is_open(self) -> bool:
         """Whether a ray can leave it into the sky."""
         return bool(np.any(self.high == spaces.FAR) or np.any(self.low == -spaces.FAR))

@@ -95,7 +95,7 @@ def cube_asset(rng):
     axes = {"box_x": (0.6, 0.8, 0.0), "box_y": (-0.8, 0.6, 0.0), "box_z": (0.0, 0.0, 1.0)}
     box = {"box_low": (-4.0, -4.0, -4.0), "box_high": (4.0, 5.0, 3.0), "center": (0.0, 0.0, 0.0)}
     box |= {"box_rim_low": (-2e9, -2e9, -2e9), "box_rim_high": (2e9, 2e9, 2.5)}
-    return Asset("cube", "", {"radiance_tx": image}, uniforms | axes | box, {"turned": True, "open": True})
+    return Asset("cube", "", {"radiance_tx": image}, uniforms | axes | box, {"turned": True, "open": True, "walls": True})
 
 
 @pytest.mark.parametrize("engine", ["CYCLES", "BLENDER_EEVEE"])

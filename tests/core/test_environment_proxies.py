@@ -28,7 +28,7 @@ def room_asset(room: Room, **more) -> Asset:
         is_open = np.isin(2 * np.arange(3) + (sign < 0), room.open_sides)
         box[f"box_{name}"] = tuple(np.where(is_open, sign * SKY, side))
         box[f"box_rim_{name}"] = tuple(np.where(is_open, side, 2 * sign * SKY))
-    return Asset("room", "", {"radiance_tx": image}, uniforms | axes | box | more, {"turned": True, "open": True})
+    return Asset("room", "", {"radiance_tx": image}, uniforms | axes | box | more, {"turned": True, "open": True, "walls": True})
 
 
 def answer(method, asset, rays, width=0.0, spread=0.0):

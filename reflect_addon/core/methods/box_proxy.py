@@ -4,8 +4,8 @@ Problem. Few environments are round; most rooms are boxes.
 Idea. Intersect the ray with the inside of a box, and look the map up in the direction of that point from the map's
 centre. core/box_fit.py finds the box, turned any way, from what the map itself saw.
 Where we depart. Sides that show the sky are open: they lie at FAR, and a ray that passes the rim of the walls beside them
-is answered by its direction, without parallax. A closed box, and one along the world's axes, has nothing of this and no
-turning in its shader.
+is answered by its direction, without parallax. A closed box has nothing of this in its shader, one along the world's axes
+no turning, and where all is sky there is no box.
 Limits. Furniture is painted onto the walls. Rays that start outside the box are answered from the nearest point on it,
 which is the best a box can do for a reflector that sticks out.
 """
@@ -31,12 +31,14 @@ def bake(job: BakeJob) -> Asset:
     uniforms = {f"box_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", box.axes, strict=True)}
     for name in ("low", "high", "rim_low", "rim_high"):
         uniforms[f"box_{name}"] = tuple(map(float, getattr(box, name)))
-    options = {"turned": not np.array_equal(box.axes, np.eye(3)), "open": box.is_open()}
+    options = {"turned": not np.array_equal(box.axes, np.eye(3)), "open": box.is_open(), "walls": box.has_walls()}
     return Asset(NAME, job.reflector.name, {}, uniforms, options, dict(job.settings), REQUIRES)
 
 
 def trace(k, asset, ray) -> Hit:
     """The point where the ray leaves the box: the slab method's far distance."""
+    if not asset.options["walls"]:
+        return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
     u = asset.uniforms
     start = ray.origin - u["center"]
 
