@@ -8,7 +8,9 @@ import ctypes
 import json
 import os
 import re
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,7 +28,7 @@ EXAMPLE = "for example 240x180"
 def main(argv: list[str] | None = None) -> int:
     """Runs one verb and returns the exit status; wrong usage exits with 2 as argparse does."""
     arguments = parser().parse_args(sys.argv[1:] if argv is None else list(argv))
-    with own_output() as arguments.results:
+    with own_output() as arguments.results, Interruption() as arguments.interruption:
         return _run(arguments)
 
 
@@ -34,6 +36,8 @@ def _run(arguments) -> int:
     try:
         from . import verbs
 
+        if arguments.verb != "report":  # the one that needs no Blender
+            verbs.check_blender()
         getattr(verbs, arguments.verb)(arguments)
     except ReflectError as error:
         return _failed(arguments, error.message, error.remedy)
@@ -164,6 +168,32 @@ def _picture(text: str) -> Path:
     if path.suffix.lower() not in {".png", ".exr"}:
         raise argparse.ArgumentTypeError(f"'{text}' must end in .png or .exr")
     return path
+
+
+class Interruption:
+    """For the length of a block Ctrl-C, SIGTERM and a closed terminal only set `came`: raised inside Blender's render, a
+    KeyboardInterrupt would be printed and lost. Progress reports answer False then, which ends the work in order. The
+    second one ends it where it is."""
+
+    def __init__(self):
+        self.came = False
+        self._before: dict[int, object] = {}
+
+    def __enter__(self) -> "Interruption":
+        if threading.current_thread() is threading.main_thread():
+            for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+                if number := getattr(signal, name, None):
+                    self._before[number] = signal.signal(number, self._note)
+        return self
+
+    def __exit__(self, *_exception) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler or signal.SIG_DFL)
+
+    def _note(self, _number, _frame) -> None:
+        if self.came:
+            raise KeyboardInterrupt
+        self.came = True
 
 
 @contextmanager

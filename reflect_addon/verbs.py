@@ -30,7 +30,7 @@ def bake(arguments) -> None:
     scene = _scene(arguments)
     folder = arguments.out or assets_of(scene)
     names = [n for n in (arguments.objects or "").split(",") if n] + arguments.object
-    say = partial(_json_progress, arguments) if arguments.json_progress else _progress
+    say = partial(_json_progress if arguments.json_progress else _progress, arguments)
     check_folder(folder)
     with open_frame(scene, None, say) as snapshot:
         paths = bake_assets(
@@ -52,7 +52,7 @@ def render(arguments) -> None:
     render_picture(
         _scene(arguments), arguments.method, arguments.size, arguments.out, camera=arguments.camera,
         frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=settings,
-        progress=_progress,
+        progress=partial(_progress, arguments),
     )  # fmt: skip
     _print(arguments, arguments.out)
 
@@ -67,7 +67,7 @@ def evaluate(arguments) -> None:
     check_folder(arguments.out)
     run(
         _scene(arguments), wanted, arguments.size, arguments.out, camera=arguments.camera, frame=arguments.frame,
-        samples=arguments.samples, backend=arguments.backend, settings=settings, progress=_progress,
+        samples=arguments.samples, backend=arguments.backend, settings=settings, progress=partial(_progress, arguments),
     )  # fmt: skip
     _print(arguments, arguments.out / "results.json")
 
@@ -81,7 +81,7 @@ def shader(arguments) -> None:
     registry.get(arguments.method)
     scene = _scene(arguments)
     folder = arguments.assets or assets_of(scene)
-    with open_frame(scene, None, _progress) as snapshot:
+    with open_frame(scene, None, partial(_progress, arguments)) as snapshot:
         found = load_assets(snapshot, arguments.method, folder)
     if not found:
         raise ReflectError(
@@ -108,12 +108,11 @@ def bench(arguments) -> None:
     from .evaluation.bench import bench as measure
 
     check_folder(arguments.out)
-    _print(arguments, measure(arguments.which, arguments.out, _progress))
+    _print(arguments, measure(arguments.which, arguments.out, partial(_progress, arguments)))
 
 
-def open_blend(path: Path | None):
-    """Opens the file unless it is open already. ReflectError when it is missing, no .blend, damaged or too new, or when
-    this is no Blender of a version that Reflect works in."""
+def check_blender() -> None:
+    """ReflectError when this is no Blender of a version that Reflect works in."""
     try:
         import bpy
     except ImportError as error:
@@ -123,6 +122,12 @@ def open_blend(path: Path | None):
         ) from error
     if reason := unsuitable(bpy.app):
         raise ReflectError(reason, "Update Blender.")
+
+
+def open_blend(path: Path | None):
+    """Opens the file unless it is open already. ReflectError when it is missing, no .blend, damaged or too new."""
+    import bpy
+
     if path is None:
         if not bpy.data.filepath and bpy.app.module:
             raise ReflectError("No file was named.", "Put the .blend after the verb: reflect analyse FILE.blend.")
@@ -193,12 +198,15 @@ def _given(arguments, wanted: tuple[str, ...]) -> dict[str, object]:
     return given
 
 
-def _progress(share: float, text: str) -> None:
+def _progress(arguments, share: float, text: str) -> bool:
+    """False asks the work to end: see cli.Interruption."""
     print(f"reflect: {share * 100:3.0f} % {text}", file=sys.stderr, flush=True)
+    return not arguments.interruption.came
 
 
-def _json_progress(arguments, share: float, text: str) -> None:
+def _json_progress(arguments, share: float, text: str) -> bool:
     _print(arguments, json.dumps({"progress": round(share, 4), "message": text}))
+    return not arguments.interruption.came
 
 
 def _print(arguments, result) -> None:

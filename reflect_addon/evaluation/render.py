@@ -5,7 +5,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.errors import ReflectError
+from ..core.errors import Cancelled, ReflectError
 from ..scene.bake import chosen_reflectors, load_assets
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
@@ -36,7 +36,12 @@ def render_picture(
     from ..gpu.renderer import Renderer
 
     ensure()  # before minutes of work
-    say = progress or (lambda share, text: None)
+
+    def say(share: float, text: str) -> bool:
+        if progress is not None and progress(share, text) is False:
+            raise Cancelled("The picture")
+        return True
+
     with open_frame(scene, frame, say) as snapshot:
         chosen_reflectors(snapshot, ())
         view = camera_of(scene, named_camera(scene, camera), *size)

@@ -2,12 +2,14 @@
 
 import ctypes
 import functools
+import os
 import subprocess
 import sys
 
 import bpy
 
 from ..core.errors import ReflectError
+from ..core.processes import temporary_folder
 
 _REMEDY = (
     "Reflect draws through Blender's gpu module: install a graphics driver with OpenGL 4.3 or newer "
@@ -47,7 +49,9 @@ def _check_that_it_starts() -> None:
     else:
         command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
     try:
-        done = subprocess.run(command, capture_output=True, timeout=60, check=False)
+        with temporary_folder("reflect-probe-") as folder:  # a crash leaves Blender's temporary files
+            places = os.environ | {"TMPDIR": str(folder)}
+            done = subprocess.run(command, capture_output=True, timeout=60, check=False, env=places)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise ReflectError(f"No usable graphics device was found ({error}).", _REMEDY) from error
     if done.returncode:
