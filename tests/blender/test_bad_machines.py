@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from bad_input import BAKE, FRAME, TINY, VERBS, Result, ball, contents, empty_stage, good, reflect, save, sentence  # noqa: F401
+from bad_input import BAKE, TINY, VERBS, Result, ball, contents, empty_stage, good, reflect, save, sentence  # noqa: F401
 
 from reflect_addon.core.asset_files import load_asset
 from reflect_addon.core.bake_lock import BakeLock
@@ -103,7 +103,8 @@ def test_a_blender_without_osl(reflect, good, tmp_path, monkeypatch, lacks):
     else:
         monkeypatch.setitem(sys.modules, lacks, None)
     for verb in ("bake", "render", "evaluate", "evaluate numpy"):
-        says = ("This Blender (5.2", f"built without {'Cycles' if lacks == 'OSL' else 'the Python module'}", lacks, "Bake Worker")
+        what = "Cycles" if lacks == "OSL" else "the Python module"
+        says = ("This Blender (5.2", f"built without {what}", lacks, "Bake Worker")
         reflect.refuses(verb, good, *VERBS[verb](tmp_path / "out"), says=says, keeps=[tmp_path])
     assert "1 reflectors" in reflect.works("analyse", good).out
 
@@ -219,7 +220,8 @@ def test_only_results_on_standard_output(tmp_path):
     """In a pipe, where C keeps what Blender prints in its own buffer."""
     code = (
         "import ctypes, sys\nfrom reflect_addon.cli import own_output\nlibc = ctypes.CDLL(None)\nlibc.puts(b'before')\n"
-        "with own_output() as results:\n    libc.puts(b'junk'); print('junk'); print('result', file=results)\nlibc.puts(b'after')\n"
+        "with own_output() as results:\n    libc.puts(b'junk'); print('junk'); print('result', file=results)\n"
+        "libc.puts(b'after')\n"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
     assert done.stdout.split() == ["before", "result", "after"] and done.stderr.split() == ["junk", "junk"]
