@@ -38,7 +38,7 @@ def _run(arguments) -> int:
 
         if arguments.verb != "report":  # the one that needs no Blender
             verbs.check_blender()
-        getattr(verbs, arguments.verb)(arguments)
+        getattr(verbs, arguments.verb.replace("-", "_"))(arguments)
     except ReflectError as error:
         return _failed(arguments, error.message, error.remedy)
     except KeyboardInterrupt:
@@ -78,7 +78,10 @@ def parser() -> argparse.ArgumentParser:
     _settings(render, samples=False)
 
     evaluate = _verb(verbs, "evaluate", "how wrong, how fast, how large: results.json and pictures")
-    evaluate.add_argument("--methods", required=True, metavar="A,B|all")
+    evaluate.add_argument(
+        "--methods", required=True, metavar="A,B|all",
+        help="methods, separated by commas, or all; eevee adds EEVEE's own picture of the frame: all,eevee",
+    )  # fmt: skip
     evaluate.add_argument("--out", type=Path, required=True, metavar="DIR")
     evaluate.add_argument("--backend", choices=("gpu", "numpy", "eevee"), default="gpu")
     _view(evaluate, default_samples=64)
@@ -95,6 +98,13 @@ def parser() -> argparse.ArgumentParser:
     bench = verbs.add_parser("bench", help="the papers' targets, measured")
     bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "all"))
     bench.add_argument("--out", type=Path, required=True, metavar="DIR")
+
+    # Without help text: for evaluate alone, which calls it on a copy of the file.
+    draw = verbs.add_parser("draw-eevee", description="Draw a job of evaluate's with EEVEE.")
+    draw.add_argument("file", nargs="?", type=Path, metavar="COPY.blend")
+    draw.add_argument("--job", type=Path, required=True, metavar="JOB.json")
+    draw.add_argument("--out", type=Path, required=True, metavar="DIR")
+    draw.set_defaults(json_progress=True)
 
     for verb in verbs.choices.values():
         verb.add_argument("--debug", action="store_true", help="show where an unexpected error came from")

@@ -3,13 +3,14 @@
 import json
 import os
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from . import unsuitable
 from .core import methods as registry
 from .core.errors import ReflectError
-from .core.safe_write import check_folder, check_writable
+from .core.safe_write import check_folder, check_writable, write_whole
 
 
 def analyse(arguments) -> None:
@@ -30,7 +31,7 @@ def bake(arguments) -> None:
     scene = _scene(arguments)
     folder = arguments.out or assets_of(scene)
     names = [n for n in (arguments.objects or "").split(",") if n] + arguments.object
-    say = partial(_json_progress if arguments.json_progress else _progress, arguments)
+    say = (_json_progress if arguments.json_progress else _progress)(arguments)
     check_folder(folder)
     with open_frame(scene, None, say) as snapshot:
         paths = bake_assets(
@@ -46,13 +47,13 @@ def bake(arguments) -> None:
 def render(arguments) -> None:
     from .evaluation.render import render_picture
 
-    registry.get(arguments.method)
+    _methods(arguments.method)
     settings = _given(arguments, (arguments.method,))
     check_writable(arguments.out)
     render_picture(
         _scene(arguments), arguments.method, arguments.size, arguments.out, camera=arguments.camera,
         frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=settings,
-        progress=partial(_progress, arguments),
+        progress=_progress(arguments),
     )  # fmt: skip
     _print(arguments, arguments.out)
 
@@ -61,13 +62,16 @@ def evaluate(arguments) -> None:
     from .evaluation.evaluate import evaluate as run
 
     if arguments.backend == "eevee":
-        raise ReflectError("Methods cannot be evaluated as EEVEE nodes yet.", "Use --backend gpu or --backend numpy.")
-    wanted = _methods(arguments.methods)
+        raise ReflectError(
+            "Methods cannot be evaluated as EEVEE nodes yet.",
+            "Use --backend gpu or --backend numpy. EEVEE's own picture is asked for with --methods all,eevee.",
+        )
+    wanted = _methods(arguments.methods, peers=(EEVEE,))
     settings = _given(arguments, wanted)
     check_folder(arguments.out)
     run(
         _scene(arguments), wanted, arguments.size, arguments.out, camera=arguments.camera, frame=arguments.frame,
-        samples=arguments.samples, backend=arguments.backend, settings=settings, progress=partial(_progress, arguments),
+        samples=arguments.samples, backend=arguments.backend, settings=settings, progress=_progress(arguments),
     )  # fmt: skip
     _print(arguments, arguments.out / "results.json")
 
@@ -78,10 +82,10 @@ def shader(arguments) -> None:
     from .scene.bake import load_assets
     from .scene.places import assets_of
 
-    registry.get(arguments.method)
+    _methods(arguments.method)
     scene = _scene(arguments)
     folder = arguments.assets or assets_of(scene)
-    with open_frame(scene, None, partial(_progress, arguments)) as snapshot:
+    with open_frame(scene, None, _progress(arguments)) as snapshot:
         found = load_assets(snapshot, arguments.method, folder)
     if not found:
         raise ReflectError(
@@ -97,6 +101,20 @@ def shader(arguments) -> None:
         _print(arguments, f"// {arguments.method} of {' '.join(', '.join(names).split())}\n{source}")
 
 
+def draw_eevee(arguments) -> None:
+    """EEVEE's pictures of a job of evaluation/peer.py; the file is a copy that is changed and never saved."""
+    from .gpu.device import describe
+    from .scene import peer_render
+
+    open_blend(arguments.file)
+    job = peer_render.Job.from_plain(json.loads(arguments.job.read_text()))
+    said = peer_render.render(job, arguments.out, _json_progress(arguments))
+    found = describe()
+    said["device"] = f"{found['renderer']} ({found['device']})"
+    write_whole(arguments.out / "said.json", json.dumps(said).encode())
+    _print(arguments, json.dumps({"done": [str(arguments.out)]}))
+
+
 def report(arguments) -> None:
     from .evaluation.report import report as write
 
@@ -108,7 +126,7 @@ def bench(arguments) -> None:
     from .evaluation.bench import bench as measure
 
     check_folder(arguments.out)
-    _print(arguments, measure(arguments.which, arguments.out, partial(_progress, arguments)))
+    _print(arguments, measure(arguments.which, arguments.out, _progress(arguments)))
 
 
 def check_blender() -> None:
@@ -178,12 +196,24 @@ def _scene(arguments):
     return scene
 
 
-def _methods(text: str) -> tuple[str, ...]:
-    names = registry.names() if text == "all" else tuple(n.strip() for n in text.split(",") if n.strip())
+EEVEE = "eevee"  # evaluation/peer.py; named here so that reading a command loads no evaluation
+
+
+def _methods(text: str, peers: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Names of methods in a list, each once; `all` stands for every method, but for no peer."""
+    names = []
+    for name in (n.strip() for n in text.split(",") if n.strip()):
+        names += registry.names() if name == "all" else [name]
     if not names:
         raise ReflectError("No method was named.", f"Choose among: {', '.join(registry.names())}.")
     for name in names:
-        registry.get(name)
+        if name == EEVEE and name not in peers:
+            raise ReflectError(
+                "eevee is EEVEE's own picture, to compare methods with: only evaluate makes it, and there is nothing to bake.",
+                f"Choose among: {', '.join(registry.names())}.",
+            )
+        if name not in peers:
+            registry.get(name)
     return tuple(dict.fromkeys(names))
 
 
@@ -194,19 +224,34 @@ def _given(arguments, wanted: tuple[str, ...]) -> dict[str, object]:
         given["resolution"] = arguments.resolution
     if arguments.verb == "bake" and arguments.samples:
         given["samples"] = arguments.samples
-    registry.check_settings(wanted, dict(arguments.set))
+    registry.check_settings(tuple(n for n in wanted if n != EEVEE), dict(arguments.set))
     return given
 
 
-def _progress(arguments, share: float, text: str) -> bool:
-    """False asks the work to end: see cli.Interruption."""
-    print(f"reflect: {share * 100:3.0f} % {text}", file=sys.stderr, flush=True)
-    return not arguments.interruption.came
+def _progress(arguments) -> Callable[[float, str], bool]:
+    """Progress as lines on standard error, each once: who waits for something repeats itself. False asks the work to end:
+    see cli.Interruption."""
+    last = ""
+
+    def say(share: float, text: str) -> bool:
+        nonlocal last
+        line = f"reflect: {share * 100:3.0f} % {text}"
+        if line != last:
+            print(line, file=sys.stderr, flush=True)
+        last = line
+        return not arguments.interruption.came
+
+    return say
 
 
-def _json_progress(arguments, share: float, text: str) -> bool:
-    _print(arguments, json.dumps({"progress": round(share, 4), "message": text}))
-    return not arguments.interruption.came
+def _json_progress(arguments) -> Callable[[float, str], bool]:
+    """The same as JSON on standard output, for the process that started this one."""
+
+    def say(share: float, text: str) -> bool:
+        _print(arguments, json.dumps({"progress": round(share, 4), "message": text}))
+        return not arguments.interruption.came
+
+    return say
 
 
 def _print(arguments, result) -> None:

@@ -9,9 +9,25 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "blender")]
 # Before bpy is imported: tests must never see or touch the profile of the person who runs them.
 os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="reflect-profile-"))
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """What pyproject.toml's -m 'not slow' left out is said loudly, with the command that runs it."""
+    if count := config.stash.get(LEFT_OUT, 0):
+        word = "test is" if count == 1 else "tests are"
+        terminalreporter.write_sep("!", f"{count} slow {word} left out; run with: ./dev test -m slow", yellow=True)
+
+
+LEFT_OUT = pytest.StashKey()
+
+
+def pytest_deselected(items):
+    if items and not items[0].config.option.markexpr == "slow":
+        slow = sum(item.get_closest_marker("slow") is not None for item in items)
+        items[0].config.stash[LEFT_OUT] = items[0].config.stash.get(LEFT_OUT, 0) + slow
 
 
 @pytest.fixture

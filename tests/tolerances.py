@@ -35,3 +35,52 @@ REFLECTANCE_MEAN = 5e-4
 REFLECTANCE_RING = 2e-3
 # The look's table on the GPU: half-float entries (5e-4) and the sampler's 8-bit weights between two of them.
 LOOK_GPU = 3e-3
+# A few roundings of float32, relative.
+FLOAT32 = 1e-6
+# Half floats have 11 bits: rounding is at most this, relative.
+HALF = 2**-11
+# Two bilinear look-ups on the two sides of a cube's edge, in texels squared: a bilinear filter errs by an eighth of the
+# second derivatives along the face's plane, which are at most 2 for the function of tests/analytic.py.
+CUBE_SEAM = 0.5
+# The same and 2x2 means, against the function itself.
+CUBE_SMOOTH = 0.75
+# A direction that a kernel finds in float32, through a few products and one division; rooms are up to 60 times as long as
+# their nearest wall is near, which magnifies the roundings of the ray's start. Radians.
+KERNEL_DIRECTION = 1e-5
+# core/box_fit.py on exact points: a side is a weighted median of coordinates on its wall, exact but for the turn, which
+# is a mean of plane normals; both together, relative and in radians.
+BOX_WALL = 5e-3
+BOX_TURN = 2e-3
+# A rim is the outermost of 30,000 random points on the walls: their spacing, relative.
+BOX_RIM = 0.03
+# The median of 6 x 32^2 texels against random directions: a texel's own variation of distance.
+MEDIAN_SHARE = 0.01
+# A flat quad's corners: vertices are float32 about the object's own origin, and its plane comes from their eigenvectors.
+QUAD_TURN = 1e-5
+# How near to a quad's edge, in half extents, float32 may call a ray the other way: a few roundings of the ray's place in
+# the scene over the smallest quad's width (1/50 of the scene, seen at a slant).
+QUAD_EDGE = 1e-3
+# NumPy against GLSL on 10^5 rays: float32 decides differently on which texel a distance is read from, which quad is met or
+# which wall is left at rays that pass within rounding of the edge between two. Each exception must be such a ray: ...
+RAYS_ON_BRINKS = 2e-4
+# ... moved and turned by no more than this (m and rad; the room is 6 m wide, a texel is 6e-2 rad) it gives that answer.
+BRINK = 1e-5
+# The same for nodes in Cycles, on 4096 rays: one in a thousand, each of them on a brink.
+RAYS_ON_NODE_BRINKS = 1e-3
+# Issue 2, "a convex mirror under nothing but an HDR world": the issue's own numbers.
+WORLD_FLIP = 0.03
+WORLD_MEDIAN_RELATIVE = 0.01
+# Cycles against Mitsuba along the same mirror rays: float32 normals and angles, some 1e-3 of a texel of the sharpest world.
+WORLD_TWO_TRUTHS = 1e-3
+# Issue 2, "a mirror off-centre in a box room": hit_p95 and its share of environment's; the issue's own numbers.
+BOX_HIT_P95 = 0.005
+BOX_HIT_SHARE = 0.1
+# Issue 2, "flat pictures around a mirror": hit_p95, and rmse as a share of environment's; the issue's own numbers.
+BILLBOARDS_HIT_P95 = 0.005
+BILLBOARDS_RMSE = 0.25
+# scene/peer_render.py under a white world: EEVEE's screen tracing stores radiance as packed small floats (1.5 % at worst) ...
+PEER_FURNACE = 0.03
+# ... and its pixels are the ray map's, but for rays that pass close to another ball, which it takes for hits (1.7 %).
+PEER_PIXELS = 0.03
+# popescu-2006 5.2, relative z error of the bunny by points per row: the paper's own figures, held over the depth range.
+SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}

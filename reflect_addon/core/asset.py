@@ -4,6 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .snapshot import Instance
+
 # What a half float may hold with its full 11 bits; images above it are stored divided by a power of two.
 HALF_MAX = 65504.0
 
@@ -45,6 +47,11 @@ class Asset:
                     raise ValueError(f"assets {self.kind} and {other.kind} both have {key} {sorted(clash)}")
                 merged.update(values)
         return replace(self, **parts, bake_seconds=self.bake_seconds + sum(o.bake_seconds for o in others))
+
+
+def asset_of(assets: dict[str, Asset], reflector: Instance) -> Asset | None:
+    """The asset that answers for a reflector: its own, its object's (one dupli for all), or the one for all."""
+    return assets.get(reflector.name) or assets.get(reflector.object_name) or assets.get("")
 
 
 def half_with_scale(radiance: np.ndarray) -> tuple[np.ndarray, float]:

@@ -8,10 +8,10 @@ with a narrow field of view (10 degrees)."
 """
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
+from .flat_parts import flat_parts, visible_sides
 from .rays import Rays
 from .snapshot import Instance, SceneSnapshot
 
@@ -19,19 +19,15 @@ Vector = tuple[float, float, float]
 
 # An object is flat when its thickness is under this share of its width: below that its own parallax is too small to see.
 FLAT = 0.02
-# Planes of a mesh that are smaller than this share of its surface are not worth a quad.
-LARGE_PART = 0.02
-# Triangles belong to one plane when their normals differ by less than this, in radians (about half a degree) ...
-SAME_NORMAL = 0.01
-# ... and their distances from the mesh's centre by less than this share of its size ...
-SAME_OFFSET = 1e-3
-# ... and more planes than this mean that the mesh is round, not built of walls.
-MOST_PARTS = 64
 # Flat parts that together hold this share of the surface stand for the whole object: a slab without its narrow rims.
 MOSTLY_FLAT = 0.9
 FIELD_OF_VIEW = np.radians(10.0)
 # Half extents below this share of the larger one are widened to it: a needle needs a quad with an area.
 NEEDLE = 1e-4
+# Radians: a texel seen under less is finer than reflections are looked at, that of a cube map with 512 texels a face.
+FINEST = 1 / 256
+# Below this a quad has no contour.
+LEAST_TEXELS = 8
 
 
 @dataclass(frozen=True)
@@ -51,13 +47,22 @@ class Quad:
     shared: bool  # flat: the same for all reflectors
 
     def size(self, texels: int) -> tuple[int, int]:
-        """(height, width): powers of two, the longer side `texels`, texels as square as that allows."""
-        longest = max(self.half_u, self.half_v)
+        """(height, width): powers of two from 4, the longer side `texels` or the power below, texels as square as that allows."""
+        longest, most = max(self.half_u, self.half_v), np.floor(np.log2(max(texels, 4)))
 
         def side(half: float) -> int:
-            return int(2 ** np.clip(np.ceil(np.log2(max(texels * half / longest, 1e-9)) - 0.25), 2, np.log2(texels)))
+            return int(2 ** np.clip(np.ceil(np.log2(max(texels * half / longest, 1e-9)) - 0.25), 2, most))
 
         return side(self.half_v), side(self.half_u)
+
+    def enough(self, most: int, viewers: tuple[np.ndarray, np.ndarray]) -> int:
+        """Texels along the longer side, a power of two, at most `most`: none seen under less than FINEST by anybody in the
+        box of `viewers` (low and high corner, world)."""
+        center, longest = np.asarray(self.center), max(self.half_u, self.half_v)
+        beside = np.maximum(np.maximum(viewers[0] - center, center - viewers[1]), 0)
+        distance = np.linalg.norm(beside) - np.hypot(self.half_u, self.half_v)
+        wanted = 2 * longest / (FINEST * max(distance, 1e-9 * longest))
+        return int(min(most, 2 ** np.ceil(np.log2(max(wanted, LEAST_TEXELS)))))
 
     def points(self, texels: int) -> np.ndarray:
         """(h * w, 3) float64 world positions of the texel centres, row 0 at low v."""
@@ -82,8 +87,10 @@ class Quad:
         return bool(np.any((corners - np.asarray(self.center)) @ np.asarray(self.normal) > 0))
 
 
-def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bool]:
-    """(one quad for each side of each large flat part, whether these quads are the whole object)."""
+def flat_quads(scene: SceneSnapshot, instance: Instance, inside: bool = False) -> tuple[list[Quad], bool]:
+    """(one quad for each visible side of each large flat part, whether these quads are the whole object).
+
+    inside: who looks is inside the mesh, in a room; matters to closed meshes only."""
     vertices = scene.world_positions(instance)
     triangles = scene.meshes[instance.mesh].triangles
     if not len(triangles):
@@ -95,10 +102,8 @@ def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bo
     corners = vertices[triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(cross, axis=-1) / 2
-    parts = _planes(corners, cross, area)
-    if not parts or len(parts) > MOST_PARTS:
-        return [], False
-    sides = _visible_sides(triangles, corners)
+    parts = flat_parts(corners, cross, area)
+    sides = visible_sides(triangles, corners, inside)
     quads = []
     for part in parts:
         normal = (cross[part] / np.linalg.norm(cross[part], axis=-1, keepdims=True)).mean(0)
@@ -106,58 +111,6 @@ def flat_quads(scene: SceneSnapshot, instance: Instance) -> tuple[list[Quad], bo
             axes = _frame(corners[part].reshape(-1, 3), side * normal / np.linalg.norm(normal))
             quads.append(_flat_quad(instance, corners[part].reshape(-1, 3), axes, 1, 0.0))
     return quads, sum(area[p].sum() for p in parts) >= MOSTLY_FLAT * area.sum()
-
-
-def _visible_sides(triangles: np.ndarray, corners: np.ndarray) -> tuple[float, ...]:
-    """The sides of its triangles that a mesh can be seen from: both, or of a closed mesh only the outer one."""
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    if not np.all(uses == 2):
-        return (1.0, -1.0)
-    centered = corners - corners.reshape(-1, 3).mean(0)
-    volume = np.einsum("ij,ij->i", centered[:, 0], np.cross(centered[:, 1], centered[:, 2])).sum()
-    return (1.0,) if volume > 0 else (-1.0,)
-
-
-def _planes(corners: np.ndarray, cross: np.ndarray, area: np.ndarray) -> list[np.ndarray]:
-    """Indices of the triangles of each plane that holds at least LARGE_PART of the surface; [] for round meshes."""
-    size = np.ptp(corners.reshape(-1, 3), axis=0).max()
-    normal = cross / np.maximum(np.linalg.norm(cross, axis=-1, keepdims=True), 1e-300)
-    offset = np.einsum("ij,ij->i", normal, corners.mean(1) - corners.reshape(-1, 3).mean(0)) / max(size, 1e-300)
-    left = np.argsort(-area)
-    around = _area_around(normal, offset, area)
-    parts: list[np.ndarray] = []
-    while len(left) and len(parts) <= MOST_PARTS:
-        seeds = np.flatnonzero(around[left] >= LARGE_PART * area.sum())
-        if not len(seeds):
-            break
-        first = left[seeds[0]]
-        same = (normal[left] @ normal[first] > np.cos(SAME_NORMAL)) & (np.abs(offset[left] - offset[first]) < SAME_OFFSET)
-        part, left = left[same], left[~same]
-        if area[part].sum() >= LARGE_PART * area.sum():
-            parts.append(part)
-        elif area[left].sum() < LARGE_PART * area.sum():
-            break
-        elif len(part) == 1 and len(parts) == 0 and area[first] < LARGE_PART / 4 * area.sum():
-            break  # the largest triangle is small and alone: a round mesh
-    return parts
-
-
-def _area_around(normal: np.ndarray, offset: np.ndarray, area: np.ndarray) -> np.ndarray:
-    """(T,) an upper bound of the area of the plane that a triangle could be the first of: with it a mesh of ten thousand
-    small planes is known for one at once. Summed over the cells of a grid in (normal, offset) around the triangle's."""
-    # A cell's side is at least as long as the chord of SAME_NORMAL and as the tolerance of the offset.
-    cells = np.floor(np.column_stack([normal / SAME_NORMAL, offset / SAME_OFFSET])).astype(np.int64)
-    cells -= cells.min(0) - 1
-    strides = np.cumprod([1, *(cells.max(0)[:3] + 2)])
-    key, of = np.unique(cells @ strides, return_inverse=True)
-    inside = np.bincount(of, weights=area)
-    total = np.zeros(len(key))
-    for step in product((-1, 0, 1), repeat=4):
-        neighbour = key + np.dot(step, strides)
-        at = np.minimum(np.searchsorted(key, neighbour), len(key) - 1)
-        total += np.where(key[at] == neighbour, inside[at], 0.0)
-    return total[of]
 
 
 def _plane_through(points: np.ndarray):
@@ -181,7 +134,12 @@ def _frame(points: np.ndarray, normal: np.ndarray) -> np.ndarray:
     a /= np.linalg.norm(a)
     b = np.cross(normal, a)
     flat = np.stack([points @ a, points @ b], -1)
-    angles = np.radians(np.arange(0, 90, 1.0))
+    # The rectangle of least area lies along an edge of the outline; whole degrees serve outlines that are round.
+    circle = np.radians(np.arange(0, 360, 1.0))
+    outline = flat[np.argmax(flat @ np.stack([np.cos(circle), np.sin(circle)]), axis=0)]
+    edges = np.roll(outline, -1, axis=0) - outline
+    along = np.arctan2(edges[:, 1], edges[:, 0])[np.any(edges != 0, axis=1)] % (np.pi / 2)
+    angles = np.unique(np.concatenate([circle[:90], along]))
     u = np.stack([np.cos(angles), np.sin(angles)])
     areas = np.ptp(flat @ u, axis=0) * np.ptp(flat @ np.stack([-u[1], u[0]]), axis=0)
     # A tie (a square, rounding) goes to the smallest angle.

@@ -8,7 +8,8 @@ Border texels look past the face's edge along the face's own plane; a bilinear l
 neighbour face. Above it stand the coarser levels: level 1 at the left, levels 2, 3, ... in a column to its right, so
 that every offset has a closed form and the whole takes about 9 n^2 texels (8 n^2 would be the least possible).
 
-Channels: rgb = radiance / radiance_scale; a = distance / distance_scale, 0 where the sky is seen.
+Channels: rgb = radiance / radiance_scale; a = distance / distance_scale, 0 where the sky is seen. The farthest surface
+stands near the top of the half floats' range, so that what is a billion times nearer still keeps all its 11 bits.
 """
 
 import numpy as np
@@ -19,6 +20,8 @@ from .rays import Hits, Rays
 
 # Coarsest level: below 4 texels a face no longer holds a gradient, and its border outweighs it.
 COARSEST = 4
+# The stored distance of the farthest surface: below the largest half float, a power of two.
+FARTHEST = 32768.0
 
 
 def level_count(n: int) -> int:
@@ -67,11 +70,11 @@ def assemble(center: np.ndarray, n: int, hits: Hits) -> tuple[np.ndarray, dict[s
     """
     distance = np.linalg.norm(hits.position.astype(np.float64) - np.asarray(center, np.float64), axis=-1)
     distance = np.where(hits.hit, distance, 0.0)
-    farthest = float(distance.max(initial=0.0)) or 1.0
+    distance_scale = (float(distance.max(initial=0.0)) or 1.0) / FARTHEST
     radiance, scale = half_with_scale(hits.radiance)
     level = np.empty((n + 2, 6 * (n + 2), 4), np.float32)
     level[..., :3] = radiance.reshape(level.shape[:2] + (3,))
-    level[..., 3] = (distance / farthest).reshape(level.shape[:2])
+    level[..., 3] = (distance / distance_scale).reshape(level.shape[:2])
     image = np.zeros(image_size(n) + (4,), np.float16)
     for i in range(level_count(n)):
         x, y = level_origin(n, i)
@@ -80,7 +83,7 @@ def assemble(center: np.ndarray, n: int, hits: Hits) -> tuple[np.ndarray, dict[s
             level = _halved(level)
     return image, {
         "radiance_scale": scale,
-        "distance_scale": farthest,
+        "distance_scale": distance_scale,
         "cube_size": float(n),
         "cube_coarsest": float(level_count(n) - 1),
     }
@@ -91,19 +94,26 @@ def _halved(level: np.ndarray) -> np.ndarray:
     n = level.shape[0] - 2
     faces = level.reshape(n + 2, 6, n + 2, 4)[1:-1, :, 1:-1]
     half = n // 2
-    mean = faces.reshape(half, 2, 6, half, 2, 4).mean((1, 4))
-    out = np.empty((half + 2, 6, half + 2, 4), np.float32)
-    out[1:-1, :, 1:-1] = mean
+    out = np.pad(faces.reshape(half, 2, 6, half, 2, 4).mean((1, 4)), ((1, 1), (0, 0), (1, 1), (0, 0)), mode="edge")
     border = np.ones((half + 2, half + 2), bool)
     border[1:-1, 1:-1] = False
     directions = texel_directions(half).reshape(half + 2, 6, half + 2, 3).transpose(1, 0, 2, 3)[:, border]
     face, s, t = spaces.cube_coordinates(directions)
-    i = np.clip(((s + 1) / 2 * half).astype(int), 0, half - 1)
-    j = np.clip(((t + 1) / 2 * half).astype(int), 0, half - 1)
-    values = mean[j, face, i]
-    for f in range(6):
-        out[:, f][border] = values[f]
+    # The second round is for the cube's corners, whose texels lie between two borders of the first.
+    for _ in range(2):
+        values = _bilinear(out, face, (s + 1) / 2 * half + 1, (t + 1) / 2 * half + 1)
+        for f in range(6):
+            out[:, f][border] = values[f]
     return out.reshape(half + 2, 6 * (half + 2), 4)
+
+
+def _bilinear(faces: np.ndarray, face: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(..., 4) of faces with borders (n + 2, 6, n + 2, 4) at texel coordinates x, y (...). The nearest texel would be up to
+    half a texel off along the edge, and that shows as a seam."""
+    i, j = (x - 0.5).astype(int), (y - 0.5).astype(int)
+    fx, fy = (x - 0.5 - i)[..., None], (y - 0.5 - j)[..., None]
+    low, high = (faces[j + k, face, i] * (1 - fx) + faces[j + k, face, i + 1] * fx for k in (0, 1))
+    return low * (1 - fy) + high * fy
 
 
 def surface_points(image: np.ndarray, uniforms: dict) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,5 @@
-"""Every convention of Reflect, stated once; tests/core/test_spaces.py pins each, glsl/spaces_lib.glsl mirrors it.
+"""Every convention of Reflect, stated once; tests/core/test_spaces.py pins each. GLSL and shader nodes have no copy of
+this page: what needs it there is emitted from kernels (core/cubemap.py has the cube faces).
 
 World space: Blender's, right-handed, Z up, metres. Camera space: Blender's, looking down -Z, Y up.
 Transforms are 4x4 float64, column vectors, named dst_from_src: p_dst = dst_from_src @ p_src.

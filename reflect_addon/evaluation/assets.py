@@ -8,7 +8,7 @@ import bpy
 
 from ..core.asset import Asset
 from ..core.asset_places import file_name
-from ..core.snapshot import Instance, SceneSnapshot
+from ..core.snapshot import SceneSnapshot
 from ..scene.bake import bake_assets, load_assets
 from ..scene.places import assets_of
 from ..scene.raytrace import trace
@@ -27,11 +27,6 @@ def assets_for(
     folder = beside if use_beside else Path(out) / "assets" / file_name(scene.name)
     bake_assets(snapshot, (method,), folder, settings=settings, tracer=partial(trace, scene=scene), progress=progress)
     return load_assets(snapshot, method, folder)
-
-
-def asset_of(assets: dict[str, Asset], reflector: Instance) -> Asset | None:
-    """The asset that answers for a reflector: its own, its object's, or the one for all."""
-    return assets.get(reflector.name) or assets.get(reflector.object_name) or assets.get("")
 
 
 def _writable(folder: Path) -> bool:

@@ -6,16 +6,14 @@ from time import perf_counter
 import numpy as np
 
 from ..core import methods as registry
-from ..core.asset import Asset
+from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.kernel import Counts, record, run_numpy
 from ..core.look import Look
 from ..core.rays import Answer, RayMap, Rays
 from ..core.snapshot import SceneSnapshot
-from .assets import asset_of
+from ..gpu.timing import Work
 from .raymap_numpy import numpy_ray_map
-
-TIMED = {"repeats": 3, "frames": 2}
 
 
 class _Backend:
@@ -63,15 +61,13 @@ class NumpyBackend(_Backend):
         return run_numpy(self._programs[id(asset)], asset, rays, counts=self._work)
 
     def cost(self) -> dict:
-        self.answer()  # warm-up
-        work = {"fetches_per_ray": self._work.fetches_per_ray, "steps_per_ray": self._work.steps_per_ray}
-        times = []
-        for _ in range(3):
-            start = perf_counter()
-            self.answer()
-            times.append((perf_counter() - start) * 1e3)
-        low, high = np.percentile(times, [25, 75])
-        return {"ms": float(np.median(times)), "ms_spread": float(high - low) / 2, "counts": work}
+        """What does not vary from run to run: work, uploads."""
+        self.answer()
+        return {"counts": {"fetches_per_ray": self._work.fetches_per_ray, "steps_per_ray": self._work.steps_per_ray}}
+
+    def work(self) -> Work:
+        """One frame, to be timed."""
+        return Work(self.answer, lambda: None)
 
     def composite(self, truth) -> None:
         return None
@@ -112,7 +108,6 @@ class GpuBackend(_Backend):
         before = self._renderer.counts()
         self._renderer.picture(self.camera)
         counts = {k: v - before[k] for k, v in self._renderer.counts().items()}
-        time = self._renderer.time(self.camera, **TIMED)
         work = Counts()
         rays = self.ray_map.rays()
         step = max(len(rays) // 4096, 1)  # counts of a sample of the rays, in NumPy: the same kernel, the same work
@@ -124,7 +119,10 @@ class GpuBackend(_Backend):
                 some = Rays(rays.origin[::step][chosen], rays.direction[::step][chosen])
                 run_numpy(record(registry.get(asset.kind).trace, asset), asset, some, counts=work)
         counts |= {"fetches_per_ray": work.fetches_per_ray, "steps_per_ray": work.steps_per_ray}
-        return {"ms": time.ms, "ms_spread": time.spread, "upload_ms": self._upload_ms, "counts": counts}
+        return {"upload_ms": self._upload_ms, "counts": counts}
+
+    def work(self) -> Work:
+        return self._renderer.work(self.camera)
 
     def composite(self, truth) -> np.ndarray:
         """(H, W, 3) display-encoded: the frame as the viewport draws it, over Cycles' frame without its mirror part."""

@@ -4,11 +4,11 @@ One mirror sphere fills the view; flat emissive squares stand around it. All fig
 """
 
 from functools import partial
+from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ..core.camera import Camera
 from ..core.processes import temporary_folder
 from ..scene.bake import bake_assets, load_assets
 from ..scene.camera import camera_of
@@ -18,42 +18,33 @@ from .frame import open_frame
 QUADS = (5, 10, 20, 40)
 SIZE = (256, 256)
 BAKE = {"resolution": 64, "samples": 1, "texels": 32}
-REPEATS, FRAMES = 5, 3
+TURNS, FRAMES = 15, 3
 STRAIGHT = 0.15  # largest departure from the line, as a share of the largest time
 
 
 def measure(progress) -> list[dict]:
     """Rows for targets.json."""
-    from ..gpu.renderer import Renderer
+    from ..gpu.timing import time_in_turns
 
-    times = {}
-    for number, quads in enumerate(QUADS):
-        progress(number / len(QUADS), f"popescu: {quads} squares around a mirror sphere")
-        scene = _scene(quads)
-        with open_frame(scene, None) as snapshot, temporary_folder("reflect-bench-") as folder:
-            camera: Camera = camera_of(scene, scene.camera, *SIZE)
-            methods = ("environment", "box_proxy", "billboards") if quads == QUADS[0] else ("billboards",)
-            renderers = {}
-            for method in methods:
-                bake_assets(snapshot, (method,), folder, settings=BAKE, tracer=partial(trace, scene=scene))
-                renderers[method] = Renderer(snapshot, load_assets(snapshot, method, folder))
-                renderers[method].picture(camera)
-            # In turns, so that whatever else the machine does falls on all of them.
-            turns = [
-                {m: r.time(camera, repeats=1, frames=FRAMES).ms for m, r in renderers.items()} for _ in range(REPEATS)
-            ]
-            for method, renderer in renderers.items():
-                times[method, quads] = float(np.median([turn[method] for turn in turns]))
-                renderer.free()
-    base = times["environment", QUADS[0]]
-    box, five = times["box_proxy", QUADS[0]] / base, times["billboards", QUADS[0]] / base
-    series = np.array([times["billboards", n] for n in QUADS])
+    names, works = [], []
+    with temporary_folder("reflect-bench-") as folder:
+        for number, quads in enumerate(QUADS):
+            progress(0.8 * number / len(QUADS), f"popescu: {quads} squares around a mirror sphere")
+            for method in ("environment", "box_proxy", "billboards") if quads == QUADS[0] else ("billboards",):
+                names.append((method, quads))
+                works.append(_work(_scene(quads), method, folder / str(quads)))
+    progress(0.8, "popescu: timing")
+    times = time_in_turns(works, TURNS, FRAMES)
+    base = names.index(("environment", QUADS[0]))
+    box, five = (times.ratio(names.index((m, QUADS[0])), base) for m in ("box_proxy", "billboards"))
+    # In units of `environment` in the same turn: what slows the machine for a while bends no line.
+    series = np.array([times.ratio(names.index(("billboards", n)), base) for n in QUADS])
     slope, start = np.polyfit(QUADS, series, 1)
     bend = float(np.abs(series - (start + slope * np.array(QUADS))).max() / series.max())
     size = f"{SIZE[0]}x{SIZE[1]}"
     progress(1.0, "popescu: done")
     return [
-        _row("I2-box", box, 1.1, f"Time of box_proxy over environment, mirror sphere, {size}, median of {REPEATS}."),
+        _row("I2-box", box, 1.1, f"Time of box_proxy over environment, mirror sphere, {size}, median of {TURNS} turns."),
         _row("I2-billboards", five, 1.6, f"Time of billboards with {QUADS[0]} squares over environment, same frame."),
         _row(
             "I2-linear",
@@ -62,6 +53,15 @@ def measure(progress) -> list[dict]:
             f"Largest departure from a line of the time over {', '.join(map(str, QUADS))} squares, share of the largest time.",
         ),
     ]
+
+
+def _work(scene: bpy.types.Scene, method: str, folder: Path):
+    """One frame of the scene with a method, ready to be timed; it outlives the file."""
+    from ..gpu.renderer import Renderer
+
+    with open_frame(scene, None) as snapshot:
+        bake_assets(snapshot, (method,), folder, settings=BAKE, tracer=partial(trace, scene=scene))
+        return Renderer(snapshot, load_assets(snapshot, method, folder)).work(camera_of(scene, scene.camera, *SIZE))
 
 
 def _row(name: str, ours: float, target: float, how: str) -> dict:

@@ -5,8 +5,6 @@ them with footprint 0, the truth is traced along them (evaluation/truth.py); so 
 and radiance, not its filter. Times and the composite picture are those of the real frame, filter included.
 """
 
-import re
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -15,23 +13,26 @@ import numpy as np
 
 from ..core import methods as registry
 from ..core import metrics
+from ..core.asset import asset_of
 from ..core.camera import Camera
-from ..core.errors import Cancelled, ReflectError
+from ..core.errors import ReflectError
 from ..core.look import Look
-from ..core.rays import Answer, RayMap, Rays
+from ..core.progress import Progress, teller
+from ..core.rays import RayMap, Rays
 from ..core.snapshot import SceneSnapshot
+from ..gpu.timing import time_in_turns
 from ..scene.bake import chosen_reflectors
 from ..scene.look import read_look
-from . import eye, maps
-from .assets import asset_of, assets_for
+from . import eye, peer
+from .assets import assets_for
 from .backends import GpuBackend, NumpyBackend
 from .frame import open_frame
-from .png import write_png
+from .pictures import frame_files, method_files, placed
 from .rows import Row, write_rows
 from .truth import SEEDS, Truth, key_of, lifted, truth_of
 
-Progress = Callable[[float, str], object]
 BACKENDS = {"gpu": GpuBackend, "numpy": NumpyBackend}
+TIMED = {"turns": 5, "frames": 2}
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ class Judged:
     ray_map: RayMap
     rays: Rays  # of the covered pixels
     truth: Truth
+    backend: str  # a key of BACKENDS: whose ray map it is
     truth_picture: np.ndarray  # (H, W, 3) display-encoded: the frame, its reflector pixels the truth of their rays
     look: Look
     diagonal: float
@@ -66,26 +68,37 @@ def evaluate(
 ) -> list[Row]:
     """Evaluates methods on one frame; writes out/results.json and out/pictures and returns the rows.
 
+    methods: registered names, and 'eevee' for EEVEE's own picture (evaluation/peer.py: a row per setting).
+
     settings: of the bakes (resolution, samples ...), over each method's defaults. Assets are read from the scene's folder
     when fresh, else baked there, or below `out` where that folder cannot be written. ReflectError says what is missing.
     """
-    say = _teller(progress)
+    say = teller(progress, "The evaluation")
     for name in methods:
-        registry.get(name)
+        if name != peer.NAME:
+            registry.get(name)
     out = Path(out)
     with open_frame(scene, frame, say) as snapshot:
         chosen_reflectors(snapshot, ())
         say(0.02, "reading the scene")
         judged = judge(scene, snapshot, size, out, camera, samples, backend, say)
-        rows = []
+        frame_files(judged, out)
+        rows, runs = [], {}
         for number, name in enumerate(methods):
             share = 0.4 + 0.6 * number / len(methods)
+            if name == peer.NAME:
+                say(share, "eevee: drawing in another process")
+                rows += _peer_rows(scene, judged, out, lambda s, t: say(share + s * 0.6 / len(methods), t))
+                continue
             assets = assets_for(
                 scene, snapshot, name, out, settings, lambda s, t: say(share + s * 0.3 / len(methods), f"{name}: {t}")
             )
-            say(share + 0.4 / len(methods), f"{name}: drawing, comparing and timing")
-            rows.append(_row(judged, name, assets, backend, out, settings or {}))
-    rows = _with_ratios(rows)
+            say(share + 0.4 / len(methods), f"{name}: drawing and comparing")
+            run = BACKENDS[backend](snapshot, assets, judged.look, judged.camera, judged.ray_map)
+            runs[len(rows)] = run
+            rows.append(_row(judged, name, assets, run, out, settings or {}))
+    say(0.98, "timing")
+    rows = _with_times(rows, runs)
     write_rows(rows, out)
     say(1.0, f"wrote {out / 'results.json'}")
     return rows
@@ -116,13 +129,10 @@ def judge(scene, snapshot, size, out, camera_name, samples, backend, say) -> Jud
     look = read_look(scene)
     label = Path(bpy.data.filepath).stem or scene.name
     mask = ray_map.covered()
-    picture = look.apply(_placed(truth.frame, mask, truth.hits.radiance))
-    stem = _file_name(f"{label}-{(camera_object or scene.camera).name}-{snapshot.frame}-{size[0]}x{size[1]}-{backend}")
-    write_png(out / "pictures" / f"{stem}-frame.png", look.apply(truth.frame))
-    write_png(out / "pictures" / f"{stem}-truth.png", picture)
+    picture = look.apply(placed(truth.frame, mask, truth.hits.radiance))
     return Judged(
-        label, (camera_object or scene.camera).name, camera, snapshot, ray_map, lifted(ray_map, 0.0), truth, picture, look,
-        diagonal, samples,
+        label, (camera_object or scene.camera).name, camera, snapshot, ray_map, lifted(ray_map, 0.0), truth, backend, picture,
+        look, diagonal, samples,
     )  # fmt: skip
 
 
@@ -140,16 +150,11 @@ def named_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object |
     return found
 
 
-def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path, asked: dict) -> Row:
-    mask = judged.ray_map.covered()
-    run = BACKENDS[backend](judged.snapshot, assets, judged.look, judged.camera, judged.ray_map)
+def _row(judged: Judged, name: str, assets: dict, run, out: Path, asked: dict) -> Row:
     answer = run.answer()
     truth = judged.truth.hits
-    placed = _placed(judged.truth.frame, mask, answer.radiance)
-    picture = judged.look.apply(placed)
-    flip, flip_note = eye.flip(picture, judged.truth_picture, mask)
-    ssim, ssim_note = eye.ssim(picture, judged.truth_picture, mask)
-    notes = [n for n in (flip_note, ssim_note, *run.notes) if n]
+    picture, scores, notes = _scores(judged, answer.radiance)
+    notes += run.notes
     cost = run.cost()
     bad = metrics.nonfinite(answer.radiance, answer.coverage, answer.position)
     if bad:
@@ -159,76 +164,91 @@ def _row(judged: Judged, name: str, assets: dict, backend: str, out: Path, asked
         notes.append(f"No asset answers for: {', '.join(unanswered)}.")
     kinds = list({id(a): a for a in assets.values()}.values())
     first = kinds[0].settings if kinds else {}
+    error = metrics.hit_distance_error(answer, truth, judged.rays, judged.diagonal)
     return Row(
-        scene=judged.scene,
-        camera=judged.camera_name,
-        frame=judged.snapshot.frame,
-        size=f"{judged.camera.width}x{judged.camera.height}",
+        **_whose(judged),
         method=name,
-        settings={**asked, **first, "truth_samples": judged.samples, "truth_seeds": list(SEEDS)},
+        settings={**asked, **first, **_truth_settings(judged)},
         device=run.device,
         backend=run.backend,
-        blender=bpy.app.version_string,
-        pixels=int(mask.sum()),
-        rmse=metrics.rmse(answer.radiance, truth.radiance),
-        relmse=metrics.relmse(answer.radiance, truth.radiance),
-        median_relative=metrics.median_relative(answer.radiance, truth.radiance),
-        flip=flip,
-        ssim=ssim,
-        floor_rmse=metrics.rmse(judged.truth.second_radiance, truth.radiance),
+        **scores,
         **asdict(metrics.hit_errors(answer, truth, judged.rays, judged.diagonal)),
         bake_s=float(sum(a.bake_seconds for a in kinds)),
         bytes=int(sum(a.bytes() for a in kinds)),
         nonfinite=bad,
-        pictures=_pictures(judged, name, backend, answer, picture, run.composite(judged.truth), out),
+        pictures=method_files(judged, name, picture, out, hit_error=error, composite=run.composite(judged.truth)),
         notes=tuple(notes),
         **cost,
     )
 
 
-def _pictures(judged: Judged, name: str, backend: str, answer: Answer, picture, composite, out: Path) -> dict[str, str]:
-    mask = judged.ray_map.covered()
-    size = f"{judged.camera.width}x{judged.camera.height}"
-    frame = _file_name(f"{judged.scene}-{judged.camera_name}-{judged.snapshot.frame}-{size}-{backend}")
-    error = metrics.hit_distance_error(answer, judged.truth.hits, judged.rays, judged.diagonal)
-    made = {
-        "answer": picture,
-        "difference": maps.difference_map(picture, judged.truth_picture, mask),
-        "hit_error": maps.hit_error_map(error, mask),
+def _peer_rows(scene: bpy.types.Scene, judged: Judged, out: Path, say: Progress) -> list[Row]:
+    """EEVEE's rows: the same pixels and truth, but no hit points, no passes to time and nothing that was baked."""
+    job = peer.job_of(scene, judged.camera_name, judged.camera, judged.snapshot, judged.ray_map)
+    values = judged.snapshot.geometry_hash, peer.eevee_values(scene), bpy.app.version_string
+    kept = out / "truth" / f"eevee-{peer.key_of(job, judged.camera, judged.ray_map, *values)}.npz"
+    rows = []
+    for found in peer.pictures_of(job, judged.ray_map, lambda j, folder: peer.draw_apart(j, folder, say), kept):
+        picture, scores, notes = _scores(judged, found.radiance)
+        rows.append(
+            Row(
+                **_whose(judged),
+                method=peer.NAME,
+                settings={**found.setting, "samples": job.samples, "probe_side": job.probe_side, **_truth_settings(judged)},
+                device=found.device,
+                backend="EEVEE",
+                **scores,
+                nonfinite=metrics.nonfinite(found.radiance),
+                pictures=method_files(judged, f"{peer.NAME}{len(rows) or ''}", picture, out),
+                counts={"samples": job.samples, "probes": found.probes if found.setting["sphere_probe"] else 0},
+                notes=(*notes, *found.notes()),
+            )
+        )
+    return rows
+
+
+def _whose(judged: Judged) -> dict:
+    """The fields of a row that say what was drawn."""
+    return {
+        "scene": judged.scene,
+        "camera": judged.camera_name,
+        "frame": judged.snapshot.frame,
+        "size": f"{judged.camera.width}x{judged.camera.height}",
+        "blender": bpy.app.version_string,
+        "pixels": int(judged.ray_map.covered().sum()),
     }
-    if composite is not None:
-        made["composite"] = composite
-    files = {"frame": f"pictures/{frame}-frame.png", "truth": f"pictures/{frame}-truth.png"}
-    for what, image in made.items():
-        files[what] = f"pictures/{frame}-{_file_name(name)}-{what}.png"
-        write_png(out / files[what], image)
-    return files
 
 
-def _with_ratios(rows: list[Row]) -> list[Row]:
-    base = next((r.ms for r in rows if r.method == "environment" and r.ms), None)
-    if base is None:
-        return rows
-    return [replace(r, ms_vs_environment=None if r.ms is None else r.ms / base) for r in rows]
+def _truth_settings(judged: Judged) -> dict:
+    return {"truth_samples": judged.samples, "truth_seeds": list(SEEDS)}
 
 
-def _placed(frame: np.ndarray, mask: np.ndarray, radiance: np.ndarray) -> np.ndarray:
-    """The frame with the covered pixels replaced: mirror radiance, without Fresnel and tint, which are not judged."""
-    out = frame.copy()
-    out[mask] = np.nan_to_num(radiance, nan=0.0, posinf=0.0, neginf=0.0)
+def _scores(judged: Judged, radiance: np.ndarray) -> tuple[np.ndarray, dict, list[str]]:
+    """(display-encoded picture with this radiance (N, 3) in the covered pixels, the row's errors of it, notes)."""
+    mask, truth = judged.ray_map.covered(), judged.truth.hits.radiance
+    picture = judged.look.apply(placed(judged.truth.frame, mask, radiance))
+    flip, flip_note = eye.flip(picture, judged.truth_picture, mask)
+    ssim, ssim_note = eye.ssim(picture, judged.truth_picture, mask)
+    errors = {
+        "rmse": metrics.rmse(radiance, truth),
+        "relmse": metrics.relmse(radiance, truth),
+        "median_relative": metrics.median_relative(radiance, truth),
+        "flip": flip,
+        "ssim": ssim,
+        "floor_rmse": metrics.rmse(judged.truth.second_radiance, truth),
+    }
+    return picture, errors, [n for n in (flip_note, ssim_note) if n]
+
+
+def _with_times(rows: list[Row], runs: dict[int, object]) -> list[Row]:
+    """The rows with their times; runs: row's index -> what draws it. Rows without one (a peer) have no time."""
+    times = time_in_turns([run.work() for run in runs.values()], **TIMED)
+    base = next((at for at, i in enumerate(runs) if rows[i].method == "environment"), None)
+    out = list(rows)
+    for at, i in enumerate(runs):
+        ratio = None if base is None else times.ratio(at, base)
+        out[i] = replace(rows[i], ms=times.median(at), ms_spread=times.spread(at), ms_vs_environment=ratio)
     return out
-
-
-def _file_name(text: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_.-]+", "_", text)
-
-
-def _teller(progress: Progress | None) -> Progress:
-    def say(share: float, text: str):
-        if progress is not None and progress(share, text) is False:
-            raise Cancelled("The evaluation")
-
-    return say
 
 
 def _guard(say: Progress) -> Progress:

@@ -16,7 +16,7 @@ CSS = """
   --s0: #6ea8fe; --s1: #f0a35e; --s2: #63c98c; --s3: #cf8be6; --s4: #f08aa2; --s5: #5fc6d1; } }
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--bg); color: var(--ink); font: 15px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-main { max-width: 1180px; margin: 0 auto; padding: 32px 20px 60px; }
+main { max-width: 1360px; margin: 0 auto; padding: 32px 20px 60px; }
 h1 { font-size: 28px; line-height: 1.2; margin: 0 0 8px; } h2 { font-size: 20px; margin: 0 0 4px; }
 h3 { font-size: 15px; margin: 0 0 6px; } h3 span { font-weight: 400; color: var(--soft); margin-left: 12px; }
 .lead { max-width: 75ch; margin: 0 0 8px; } .device, .meta { color: var(--soft); margin: 0 0 10px; font-size: 14px; }
@@ -30,14 +30,15 @@ img { width: 100%; display: block; border-radius: 6px; background: #777; image-r
 .strip { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 12px; }
 .plots { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 18px; margin: 20px 0 8px; }
 .plot { width: 100%; height: auto; } .plot text { font: 11px system-ui, "DejaVu Sans", sans-serif; fill: var(--soft); }
-.plot .name, .plot .label { fill: var(--ink); font-size: 12px; } .plot .grid { stroke: var(--line); fill: none; }
+.plot .name, .plot .label { fill: var(--ink); font-size: 12px; }
+.plot .name { paint-order: stroke; stroke: var(--card); stroke-width: 4px; stroke-linejoin: round; } .plot .grid { stroke: var(--line); fill: none; }
 .plot .axis { stroke: var(--soft); fill: none; } .plot .floor { stroke: var(--bad); stroke-dasharray: 5 4; fill: none; }
 .plot text.floor { stroke: none; fill: var(--bad); } .plot .front { stroke: var(--accent); fill: none; stroke-width: 1.5; opacity: .55; }
 .plot .best { fill: none; stroke: var(--accent); stroke-width: 1.5; }
 .s0 { fill: var(--s0); } .s1 { fill: var(--s1); } .s2 { fill: var(--s2); } .s3 { fill: var(--s3); } .s4 { fill: var(--s4); } .s5 { fill: var(--s5); }
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; width: 100%; }
-th, td { padding: 5px 8px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
-tr > :first-child, .settings { text-align: left; } tr:first-child th { color: var(--soft); font-weight: 600; cursor: help; }
+th, td { padding: 5px 6px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+tr > :first-child, .settings { text-align: left; } tr:first-child th { color: var(--soft); font-weight: 600; cursor: help; white-space: normal; vertical-align: bottom; }
 td.bad { color: var(--bad); font-weight: 700; } abbr { color: var(--accent); text-decoration: none; cursor: help; }
 details { margin-top: 10px; } summary { cursor: pointer; color: var(--accent); } .notes { color: var(--soft); font-size: 14px; margin: 12px 0 0; padding-left: 20px; }
 .none { color: var(--soft); border: 1px dashed var(--line); border-radius: 6px; padding: 20px; text-align: center; }

@@ -8,6 +8,7 @@ from ..core.pareto import pareto_front
 
 WIDTH, HEIGHT = 460, 300
 LEFT, RIGHT, TOP, BOTTOM = 62, 18, 14, 46
+LETTER = 6.8  # mean width of a label's letter
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def scatter(points: list[Point], x_label: str, y_label: str, floor: float | None
         ring = f"<circle class='best' cx='{x:.1f}' cy='{y:.1f}' r='8'/>" if i in front else ""
         text_y = max([y + 4, *(t + 13 for t in taken if t + 13 > y + 4)])  # labels never lie on each other
         taken.append(text_y)
-        flip = x > WIDTH * 0.62
+        flip = x + 12 + LETTER * len(p.label) > WIDTH
         anchor = f"x='{x - 12:.1f}' text-anchor='end'" if flip else f"x='{x + 12:.1f}'"
         out.append(
             f"{ring}<circle class='dot s{p.series}' cx='{x:.1f}' cy='{y:.1f}' r='5'>"

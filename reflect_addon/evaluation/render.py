@@ -5,13 +5,15 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.errors import Cancelled, ReflectError
+from ..core.asset import asset_of
+from ..core.errors import ReflectError
+from ..core.progress import teller
 from ..scene.bake import chosen_reflectors, load_assets
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
 from ..scene.look import read_look
 from ..scene.raytrace import primary
-from .assets import asset_of, assets_for
+from .assets import assets_for
 from .evaluate import named_camera
 from .frame import open_frame
 from .png import write_png
@@ -36,12 +38,7 @@ def render_picture(
     from ..gpu.renderer import Renderer
 
     ensure()  # before minutes of work
-
-    def say(share: float, text: str) -> bool:
-        if progress is not None and progress(share, text) is False:
-            raise Cancelled("The picture")
-        return True
-
+    say = teller(progress, "The picture")
     with open_frame(scene, frame, say) as snapshot:
         chosen_reflectors(snapshot, ())
         view = camera_of(scene, named_camera(scene, camera), *size)

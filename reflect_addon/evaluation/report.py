@@ -37,7 +37,12 @@ COLUMNS = (
 )
 PICTURES = ("answer", "difference", "hit_error", "composite")
 CAPTIONS = {"answer": "its rays", "difference": "difference", "hit_error": "hit-point error", "composite": "as the viewport draws it"}
-EEVEE = "EEVEE's own picture: screen tracing cannot show what is off screen or hidden; its probe has no parallax of its own."
+PEER = "eevee"  # evaluation/peer.py
+EEVEE = (
+    "EEVEE's own picture of the frame, a peer and no method of ours: screen tracing cannot show what is off screen or hidden, "
+    "and the sphere probes that stand in for it take the scene to lie on a sphere about the reflector. It tells no hit points, "
+    "and its time and memory cannot be told apart from those of the frame."
+)
 
 
 def report(folders: list[Path], out: Path) -> Path:
@@ -47,14 +52,38 @@ def report(folders: list[Path], out: Path) -> Path:
         raise ReflectError(
             f"There are no rows in {', '.join(map(str, folders))}.", "Evaluate a scene that has a reflector first."
         )
-    frames: dict[tuple, list[tuple[Path, Row]]] = {}
-    for folder, row in found:
-        frames.setdefault((row.scene, row.camera, row.frame, row.size, row.backend, row.device), []).append((folder, row))
+    frames = _frames(found)
     rows = [row for _, row in found]
     body = [_head(rows), _methods(rows), *(_frame(key, part) for key, part in frames.items()), _legend()]
     path = Path(out) / "index.html"
     write_whole(path, TEMPLATE.format(css=CSS, body="\n".join(body)).encode())
     return path
+
+
+def _frames(found: list[tuple[Path, Row]]) -> dict[tuple, list[tuple[Path, Row]]]:
+    """Rows that belong side by side. A peer's row stands beside every device's rows of its frame in its folder."""
+    frames: dict[tuple, list[tuple[Path, Row]]] = {}
+
+    def add(folder: Path, row: Row, backend: str, device: str) -> None:
+        frames.setdefault((row.scene, row.camera, row.frame, row.size, backend, device), []).append((folder, row))
+
+    for folder, row in found:
+        if row.method != PEER:
+            add(folder, row, row.backend, row.device)
+    for folder, row in found:
+        if row.method == PEER:
+            frame = (row.scene, row.camera, row.frame, row.size)
+            hosts = [k for k, part in frames.items() if k[:4] == frame and part[0][0] == folder]
+            for backend, device in [k[4:] for k in hosts] or [(row.backend, row.device)]:
+                add(folder, row, backend, device)
+    return frames
+
+
+def label_of(row: Row) -> str:
+    """The method's name, and what tells a peer's rows apart."""
+    if row.method != PEER or "sphere_probe" not in row.settings:
+        return row.method
+    return f"{row.method}, {'with' if row.settings['sphere_probe'] else 'without'} probes"
 
 
 def is_software(row: Row) -> bool:
@@ -65,11 +94,13 @@ def is_software(row: Row) -> bool:
 
 def _head(rows: list[Row]) -> str:
     devices = sorted({f"{r.device}, {r.backend}, Blender {r.blender}" for r in rows})
-    scenes, names = list(dict.fromkeys(r.scene for r in rows)), list(dict.fromkeys(r.method for r in rows))
+    scenes, names = {r.scene for r in rows}, {r.method for r in rows}
+    peer = " and EEVEE's own picture" if PEER in names else ""
+    names.discard(PEER)
     out = [
         "<header><h1>Reflect: how wrong, for what it costs</h1>",
         f"<p class='lead'>{len(scenes)} {'scene' if len(scenes) == 1 else 'scenes'}, {len(names)} "
-        f"{'method' if len(names) == 1 else 'methods'}, judged against Cycles along exactly the rays that the shader "
+        f"{'method' if len(names) == 1 else 'methods'}{peer}, judged against Cycles along exactly the rays that the shader "
         "answers. Both sides answer single rays: no footprint filtering on either. Mirror radiance is judged, before "
         "Fresnel and tint; only pixels of reflectors count.</p>",
         *(f"<p class='device'>Drawn by {escape(d)}</p>" for d in devices),
@@ -93,7 +124,7 @@ def _methods(rows: list[Row]) -> str:
 
 def _leaves_out(name: str) -> str:
     """The 'Limits.' of the method's own module, which say it first and best."""
-    if name == "eevee":
+    if name == PEER:
         return EEVEE
     if name not in registry.names():
         return "This version of Reflect does not know the method."
@@ -127,10 +158,12 @@ def _frame(key: tuple, part: list[tuple[Path, Row]]) -> str:
 def _plot(rows: list[Row], field: str, factor: float, label: str, floor: float | None) -> str:
     order = list(dict.fromkeys(r.method for r in rows))
     points = [
-        Point(r.method, None if getattr(r, field) is None else getattr(r, field) * factor, r.rmse, order.index(r.method) % 6)
+        Point(label_of(r), None if getattr(r, field) is None else getattr(r, field) * factor, r.rmse, order.index(r.method) % 6)
         for r in rows
     ]
-    return f"<figure>{scatter(points, label, 'RMSE', floor)}</figure>"
+    left_out = [f"{label_of(r)} (RMSE {_value(r.rmse, 3)})" for r in rows if not getattr(r, field)]
+    caption = f"<figcaption>Not in this plot, no {escape(label)}: {escape('; '.join(left_out))}.</figcaption>" if left_out else ""
+    return f"<figure>{scatter(points, label, 'RMSE', floor)}{caption}</figure>"
 
 
 def _strip(part: list[tuple[Path, Row]]) -> str:
@@ -140,10 +173,14 @@ def _strip(part: list[tuple[Path, Row]]) -> str:
         out.append(_figure(folder, first, what, f"{first.scene}: {caption}", caption))
     out.append("</div>")
     for folder, row in part:
-        pictures = "".join(_figure(folder, row, w, f"{row.method}: {CAPTIONS[w]}", CAPTIONS[w]) for w in PICTURES)
+        name = label_of(row)
+        captions = CAPTIONS | ({"answer": "its pixels"} if row.method == PEER else {})
+        pictures = "".join(_figure(folder, row, w, f"{name}: {captions[w]}", captions[w]) for w in PICTURES)
+        if row.method == PEER:
+            pictures += "<figure><p class='none'>It tells no hit points.</p></figure>"
         score = "" if row.flip is None else f"<span>FLIP {_value(row.flip, 3)}</span>"
         hit = "" if row.hit_p95 is None else f"<span>hit p95 {_value(row.hit_p95, 4)}</span>"
-        out.append(f"<div class='method'><h3>{escape(row.method)} {score}{hit}</h3><div class='strip'>{pictures}</div></div>")
+        out.append(f"<div class='method'><h3>{escape(name)} {score}{hit}</h3><div class='strip'>{pictures}</div></div>")
     return "".join(out)
 
 
@@ -175,12 +212,12 @@ def _table(rows: list[Row]) -> str:
             f"<td{' class=bad' if f == 'nonfinite' and getattr(row, f) else ''}>{_value(getattr(row, f), d, k)}</td>"
             for f, _, d, k, _ in shown
         )
-        body.append(f"<tr><th>{escape(row.method)} {marks}</th>{cells}</tr>")
+        body.append(f"<tr><th>{escape(label_of(row))} {marks}</th>{cells}</tr>")
     counts = list(dict.fromkeys(k for r in rows for k in r.counts))
     more = ""
     if counts:
         work = "".join(
-            f"<tr><th>{escape(r.method)}</th>"
+            f"<tr><th>{escape(label_of(r))}</th>"
             + "".join(f"<td>{_value(r.counts.get(k), 4)}</td>" for k in counts)
             + f"<td class='settings'>{escape(', '.join(f'{k} {v}' for k, v in r.settings.items()))}</td></tr>"
             for r in rows
@@ -205,7 +242,7 @@ def _value(value, digits: int, factor: float = 1) -> str:
 
 
 def _notes(rows: list[Row]) -> str:
-    notes = dict.fromkeys(f"{r.method}: {n}" for r in rows for n in r.notes)
+    notes = dict.fromkeys(f"{label_of(r)}: {n}" for r in rows for n in r.notes)
     return f"<ul class='notes'>{''.join(f'<li>{escape(n)}</li>' for n in notes)}</ul>" if notes else ""
 
 

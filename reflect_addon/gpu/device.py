@@ -49,9 +49,10 @@ def _check_that_it_starts() -> None:
     else:
         command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
     try:
-        with temporary_folder("reflect-probe-") as folder:  # a crash leaves Blender's temporary files
-            places = os.environ | {"TMPDIR": str(folder)}
-            done = subprocess.run(command, capture_output=True, timeout=60, check=False, env=places)
+        # A process that crashes leaves Blender's own temporary folder behind: it gets a place that goes with it.
+        with temporary_folder("reflect-device-") as place:
+            environment = os.environ | {"TMPDIR": str(place)}
+            done = subprocess.run(command, capture_output=True, timeout=60, check=False, env=environment)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise ReflectError(f"No usable graphics device was found ({error}).", _REMEDY) from error
     if done.returncode:

@@ -1,5 +1,6 @@
 """Shaders from files: includes, declarations as data, one cache for the session, uniforms that cannot be forgotten."""
 
+import atexit
 import hashlib
 import re
 from dataclasses import dataclass
@@ -129,6 +130,9 @@ def program(info: ProgramInfo, counts: Counts | None = None) -> Program:
     generated = dict(info.generated)
     vertex, fragment = resolve_includes(info.vertex, generated), resolve_includes(info.fragment, generated)
     key = hashlib.sha256(repr((info, vertex, fragment)).encode()).hexdigest()
+    if not _cache:
+        # Shaders that outlive Blender's GPU crash the process as it exits. (Registered after bpy's own: runs before it.)
+        atexit.register(forget_programs)
     if key not in _cache:
         _cache[key] = Program(info, _compile(info, vertex, fragment))
         if counts is not None:
@@ -143,6 +147,7 @@ def forget_programs():
         ensure().shader.unbind()
         _cache.clear()
         _known.clear()
+        atexit.unregister(forget_programs)
 
 
 def _compile(info: ProgramInfo, vertex: str, fragment: str):

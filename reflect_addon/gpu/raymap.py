@@ -140,7 +140,10 @@ class RayMapPass:
             low, high = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
         else:
             ndc = clip[:, :2] / clip[:, 3:]
-            low, high = np.clip(ndc.min(0), -1, 1), np.clip(ndc.max(0), -1, 1)
+            # Vertices are float32 relative to the eye: through a telescope from far away their steps are pixels.
+            reach = np.abs(corners - camera.world_from_camera[:3, 3]).max()
+            slack = 2.0**-22 * reach * np.abs(np.diag(camera.clip_from_camera)[:2]) / clip[:, 3].min()
+            low, high = np.clip(ndc.min(0) - slack, -1, 1), np.clip(ndc.max(0) + slack, -1, 1)
         size = np.array([camera.width, camera.height])
         # One pixel more on each side: rounding must not cut an edge pixel.
         start = np.clip(np.floor((low * 0.5 + 0.5) * size).astype(int) - 1, 0, size)

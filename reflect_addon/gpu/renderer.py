@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.asset import Asset
+from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
@@ -22,7 +22,7 @@ from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
 from .targets import RayMapTarget, ReflectionTarget
-from .timing import FrameTime, time_submissions
+from .timing import Work
 from .upload import MeshBuffer, read_texture, triangle_batch
 from .view import View
 
@@ -44,7 +44,7 @@ class Group:
 
 
 class Renderer:
-    """assets: reflector object name -> Asset, already joined with what it requires ("" serves every other reflector).
+    """assets: by reflector (core.asset.asset_of), already joined with what they require.
     look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off."""
 
     def __init__(
@@ -119,7 +119,7 @@ class Renderer:
     def _group_reflectors(self) -> list[Group]:
         groups: list[Group] = []
         for index, instance in enumerate(self.snapshot.reflectors()):
-            asset = self.assets.get(instance.object_name, self.assets.get(""))
+            asset = asset_of(self.assets, instance)
             if asset is None:
                 continue
             if groups and groups[-1].asset is asset and groups[-1].last == index - 1:
@@ -225,36 +225,24 @@ class Renderer:
 
     # What it costs.
 
-    def time(self, camera: Camera, repeats: int = 5, frames: int = 4) -> FrameTime:
-        """Milliseconds of the reflection passes of one frame; see timing.py."""
-        with drawing_state() as gpu:
-            target = gpu.types.GPUTexture((camera.width, camera.height), format="RGBA32F")
-            reader = gpu.types.GPUFrameBuffer(color_slots=[target])
+    def work(self, camera: Camera) -> Work:
+        """The reflection passes of one frame, ray map to resolve, for timing.py."""
+        target = self.gpu.types.GPUTexture((camera.width, camera.height), format="RGBA32F")
+        reader = self.gpu.types.GPUFrameBuffer(color_slots=[target])
 
-            def rays():
+        def submit():
+            with drawing_state() as gpu:
                 self._draw_rays(camera)
-
-            def answers():
-                rays()
-                return self._draw_answers(camera, False)
-
-            def frame():
-                filled = answers()
+                answers = self._draw_answers(camera, False)
                 self._resolve.draw_composite(
-                    gpu, self._batch, self._rays, filled, self._materials, self._look, "display", None, target
+                    gpu, self._batch, self._rays, answers, self._materials, self._look, "display", None, target
                 )
 
-            def finish():
-                with reader.bind():
-                    reader.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
-                # The last target may not depend on the ray map; its own read-back waits for the rest.
-                with self._rays.framebuffer.bind():
-                    self._rays.framebuffer.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+        def finish():
+            with reader.bind():
+                reader.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
 
-            frame()
-            ms, spread = time_submissions(frame, finish, repeats, frames)
-            ray_ms, _ = time_submissions(rays, finish, repeats, frames)
-        return FrameTime(ms=ms, spread=spread, ray_map_ms=ray_ms)
+        return Work(submit, finish)
 
     def counts(self) -> dict[str, int]:
         """Work since this renderer was made, see gpu/counts.py."""

@@ -13,7 +13,6 @@ from ..core.kernel import emit_glsl, record_function
 from ..core.look import LINEAR, TABLE_SIDE, TOP, Look
 from ..core.snapshot import SceneSnapshot
 from .counts import Counts
-from .device import ensure
 from .program import Program, ProgramInfo, call_text, program
 from .raymap import surface_info
 from .targets import RayMapTarget, ReflectionTarget

@@ -1,9 +1,10 @@
 """Milliseconds without a GPU timer: N against 2 N submissions, each ended by a read-back; the difference is N frames.
 
-On software OpenGL only ratios of figures from one run mean anything.
+Whatever is compared is timed in turns, and a ratio is the median of the turns' own ratios: what else the machine does
+falls on all of them alike. On software OpenGL only ratios of figures from one run mean anything.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -11,29 +12,46 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class FrameTime:
-    ms: float  # ray map to resolve, median per frame
-    spread: float  # ms, half the range between the quartiles
-    ray_map_ms: float  # of which the ray map
+class Work:
+    """Something to be timed."""
+
+    submit: Callable[[], object]  # one frame
+    finish: Callable[[], object]  # waits for all that was submitted
 
 
-def time_submissions(submit: Callable, finish: Callable, repeats: int, frames: int) -> tuple[float, float]:
-    """(median, half the interquartile range) in ms of one submit(). finish() waits for all of them.
+@dataclass(frozen=True)
+class Times:
+    ms: np.ndarray  # (works, turns) float64, of one frame each
 
-    A difference below zero is noise and counts as zero.
-    """
-    for _ in range(2):
-        submit()
-    finish()
-    samples = []
-    for _ in range(repeats):
-        spent = []
-        for count in (frames, 2 * frames):
-            start = perf_counter()
-            for _ in range(count):
-                submit()
-            finish()
-            spent.append(perf_counter() - start)
-        samples.append(max(spent[1] - spent[0], 0.0) / frames * 1e3)
-    low, high = np.percentile(samples, [25, 75])
-    return float(np.median(samples)), float(high - low) / 2
+    def median(self, work: int) -> float:
+        return float(np.median(self.ms[work]))
+
+    def spread(self, work: int) -> float:
+        """Half the range between the quartiles, ms."""
+        low, high = np.percentile(self.ms[work], [25, 75])
+        return float(high - low) / 2
+
+    def ratio(self, work: int, base: int) -> float | None:
+        """How many times as long as the base; None where the base took no measurable time."""
+        usable = self.ms[base] > 0
+        return float(np.median(self.ms[work, usable] / self.ms[base, usable])) if usable.any() else None
+
+
+def time_in_turns(works: Sequence[Work], turns: int, frames: int) -> Times:
+    """Each work `turns` times, one after the other, after a warm-up. A difference below zero is noise and counts as zero."""
+    for work in works:
+        for _ in range(2):
+            work.submit()
+        work.finish()
+    return Times(np.array([[_time(work, frames) for work in works] for _ in range(turns)]).T.reshape(len(works), turns))
+
+
+def _time(work: Work, frames: int) -> float:
+    spent = []
+    for count in (frames, 2 * frames):
+        start = perf_counter()
+        for _ in range(count):
+            work.submit()
+        work.finish()
+        spent.append(perf_counter() - start)
+    return max(spent[1] - spent[0], 0.0) / frames * 1e3

@@ -14,14 +14,14 @@ from ..core.asset import Asset
 from ..core.asset_files import BAKE_AGAIN, is_fresh, load_asset, save_asset
 from ..core.asset_places import asset_name
 from ..core.bake_lock import one_bake_at_a_time
-from ..core.errors import Cancelled, ReflectError
+from ..core.errors import ReflectError
 from ..core.kernel import record
-from ..core.methods.job import BakeJob
+from ..core.job import BakeJob
+from ..core.progress import Progress, teller
 from ..core.snapshot import Instance, SceneSnapshot
 from .intersect import intersector
 from .raytrace import trace
 
-Progress = Callable[[float, str], object]
 
 
 @one_bake_at_a_time
@@ -44,7 +44,7 @@ def bake_assets(
     """
     chosen = chosen_reflectors(scene, reflectors)
     kinds = methods.with_required(tuple(wanted))
-    tell = _teller(progress)
+    tell = teller(progress, "The bake")
     shared: dict = {}
     intersect = intersector(scene)
     paths = []
@@ -162,11 +162,3 @@ def _fresh(path: Path, kind: str, inputs: str, required: dict[str, Asset]) -> As
     except ReflectError:
         return None
     return asset if is_fresh(asset, inputs) else None
-
-
-def _teller(progress: Progress | None) -> Progress:
-    def tell(done: float, text: str) -> None:
-        if progress is not None and progress(done, text) is False:
-            raise Cancelled("The bake")
-
-    return tell

@@ -31,7 +31,7 @@ def start_bake(
         command, environment = bake_command(
             blend, list(methods), assets_of(scene), list(objects), [*settings, f"--scene={scene.name}"], preference
         )
-        _save_copy(blend)
+        save_copy(blend)
     except BaseException:
         shutil.rmtree(scratch, ignore_errors=True)
         raise
@@ -43,15 +43,15 @@ def unsaved_images() -> list[str]:
     return [i.name for i in bpy.data.images if i.is_dirty and i.users and i.source in ("FILE", "GENERATED")]
 
 
-def _save_copy(blend: Path) -> None:
-    """The open file, relative paths still meaning the same files."""
+def save_copy(blend: Path) -> None:
+    """The open file as it is now, relative paths still meaning the same files. ReflectError without room."""
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, relative_remap=True, compress=False)
     except RuntimeError as error:
         reason = str(error).strip().removeprefix("Error: ").splitlines()[0]
         raise ReflectError(
-            f"No copy of the file could be saved for the bake worker: {reason}.",
+            f"No copy of the file could be saved for the worker: {reason}.",
             f"Make room in {blend.parent.parent} or set another temporary folder (TMPDIR).",
         ) from error
     if not blend.is_file():
-        raise ReflectError("Blender saved no copy of the file for the bake worker.", "Save the .blend and try again.")
+        raise ReflectError("Blender saved no copy of the file for the worker.", "Save the .blend and try again.")

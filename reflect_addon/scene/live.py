@@ -143,14 +143,14 @@ class Live:
         self._compare(scene)
 
     def joined(self) -> dict[str, Asset]:
-        """Per reflector's object name the method's asset with what it requires; without those that are not baked."""
+        """Per reflector the method's asset with what it requires; without those that are not baked."""
         if self.snapshot is None or self.method in ("", "OFF"):
             return {}
         found = {}
         for reflector in self.snapshot.reflectors():
             assets = [self.asset(kind, reflector.name) for kind in methods.with_required([self.method])]
-            if reflector.object_name not in found and None not in assets:
-                found[reflector.object_name] = self._join(assets)
+            if None not in assets:
+                found[reflector.name] = self._join(assets)
         return found
 
     def _join(self, assets: list[Asset]) -> Asset:

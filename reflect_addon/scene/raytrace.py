@@ -12,7 +12,6 @@ the user's. A surface counts as hit from 0.1 % opacity on. From the 32,767th obj
 
 import os
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,15 +19,12 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ..core.errors import Cancelled
+from ..core.progress import Progress, teller
 from ..core.processes import NO_ROOM, temporary_folder
 from ..core.rays import Hits, Rays
 from ..core.spaces import FAR
 from .exr import read_exr, stacked, write_exr
-from .ray_scene import ray_scene
-
-# progress(share done in [0, 1], what is going on) -> False to stop; anything else goes on.
-Progress = Callable[[float, str], object]
+from .ray_scene import CLIP_START, ray_scene
 
 # Camera paths per render. About a second's work on two cores in a lit scene: how long a cancel may wait. Fixed, not
 # measured, so that the same call gives the same noise.
@@ -88,7 +84,7 @@ def primary(
     passes = ("glossy_direct", "glossy_indirect", "glossy_color")
     channels, names = _render(rays, frozenset(), samples, seed, scene, False, progress, passes)
     hits = _hits(rays, channels, names)
-    glossy = _rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
+    glossy = to_rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
     shape = (camera.height, camera.width)
     return Primary(
         hits.radiance.reshape(*shape, 3),
@@ -114,10 +110,12 @@ def memory_folder() -> str | None:
 def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
     """(pass name -> (N, channels) float32, object names). The ray bundle goes through in parts of fixed size."""
     origin, direction = _checked(rays)
+    origin = _before_the_clip(origin, direction)
     if samples < 1:
         raise ValueError(f"samples must be at least 1, not {samples}")
     scene = scene or bpy.context.scene
     count = len(origin)
+    tell = teller(progress, "Tracing rays")
     wanted = {"Combined": "RGB", "Position": "XYZ", "Normal": "XYZ", "Object Index": "X"}
     wanted |= {name.title().replace("_", " "): "RGB" for name in passes}
     out = {name: np.zeros((count, len(letters)), np.float32) for name, letters in wanted.items()}
@@ -127,14 +125,14 @@ def _render(rays, hide, samples, seed, scene, as_reflection, progress, passes):
             for name in passes:
                 setattr(next(layer for layer in temporary.view_layers if layer.use), f"use_pass_{name}", True)
             for part, start in enumerate(range(0, count, per_render)):
-                _tell(progress, start / count, f"traced {start:,} of {count:,} rays")
+                tell(start / count, f"traced {start:,} of {count:,} rays")
                 rows = slice(start, min(start + per_render, count))
                 temporary.cycles.seed = (seed * SEED_STEP + part) % (1 << 31)
                 channels = _render_part(temporary, folder, part, origin[rows], direction[rows])
                 for name, letters in wanted.items():
                     values = stacked(channels, name, letters)
                     out[name][rows] = values.reshape(-1, len(letters))[: rows.stop - rows.start]
-    _tell(progress, 1.0, f"traced {count:,} rays")
+    tell(1.0, f"traced {count:,} rays")
     return out, names
 
 
@@ -169,7 +167,7 @@ def _hits(rays: Rays, channels: dict[str, np.ndarray], names: tuple[str, ...]) -
     length = np.linalg.norm(channels["Normal"], axis=-1, keepdims=True)
     normal = np.where(hit[:, None] & (length > 0), channels["Normal"] / np.maximum(length, 1e-30), 0)
     return Hits(
-        _rec709(channels["Combined"]),
+        to_rec709(channels["Combined"]),
         np.where(hit[:, None], channels["Position"], far).astype(np.float32),
         normal.astype(np.float32),
         index,
@@ -187,12 +185,13 @@ def _checked(rays: Rays) -> tuple[np.ndarray, np.ndarray]:
     return origin, direction
 
 
-def _tell(progress: Progress | None, share: float, text: str) -> None:
-    if progress is not None and progress(share, text) is False:
-        raise Cancelled("Tracing rays")
+def _before_the_clip(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Origins moved back by what Cycles' camera cuts off: in a scene of millimetres a micrometre hides what is near."""
+    unit = direction / np.linalg.norm(direction.astype(np.float64), axis=-1, keepdims=True)
+    return (origin - CLIP_START * unit).astype(np.float32)
 
 
-def _rec709(radiance: np.ndarray) -> np.ndarray:
+def to_rec709(radiance: np.ndarray) -> np.ndarray:
     """From the file's working space (Rec.709, Rec.2020 or ACEScg) to linear Rec.709, which all of Reflect speaks."""
     if bpy.data.colorspace.working_space == "Linear Rec.709":
         return radiance

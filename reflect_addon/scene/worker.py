@@ -40,10 +40,14 @@ class BakeState:
 
 class Worker:
     """Starts `command` in a process group of its own. `scratch`, a folder, is removed when the worker has ended; its
-    temporary files go there too, so that a kill leaves nothing. ReflectError when it cannot be started."""
+    temporary files go there too, so that a kill leaves nothing. `work` is its name in sentences. ReflectError when it
+    cannot be started."""
 
-    def __init__(self, command: list[str], scratch: Path, environment: dict[str, str] | None = None):
-        self.state = BakeState()
+    def __init__(
+        self, command: list[str], scratch: Path, environment: dict[str, str] | None = None, work: str = "bake"
+    ):
+        self.state = BakeState(message=f"Starting the {work} worker")
+        self._work = work
         self._progress = (0.0, self.state.message)  # the last line's, set by the reading thread
         self._scratch = Path(scratch)
         self._asked_to_end = None  # time.monotonic() of cancel()
@@ -65,7 +69,7 @@ class Worker:
         except (OSError, ValueError) as error:
             shutil.rmtree(scratch, ignore_errors=True)
             raise ReflectError(
-                f"The bake worker {command[0]} could not be started: {getattr(error, 'strerror', None) or error}.",
+                f"The {work} worker {command[0]} could not be started: {getattr(error, 'strerror', None) or error}.",
                 "Name a working Blender 5.2 or Python with bpy in Reflect's preferences.",
             ) from error
         self._name = command[0]
@@ -125,7 +129,7 @@ class Worker:
         end = None if timeout is None else time.monotonic() + timeout
         while self.poll().running:
             if end is not None and time.monotonic() > end:
-                raise TimeoutError(f"the bake worker still runs after {timeout} s")
+                raise TimeoutError(f"the {self._work} worker still runs after {timeout} s")
             time.sleep(0.05)
         return self.state
 
@@ -163,19 +167,19 @@ class Worker:
 
     def _error(self, code: int) -> ReflectError | None:
         if self._asked_to_end is not None:
-            return Cancelled("The bake")
+            return Cancelled(f"The {self._work}")
         if code == 0 and isinstance(self._reported.get("done"), list):
             return None
         if "error" in self._reported:
             return ReflectError(str(self._reported["error"]), str(self._reported.get("remedy", "")))
         how = f"was ended by signal {-code}" if code < 0 else f"ended with status {code}"
         if code == 0:
-            how = "ended without saying what it baked"
+            how = "ended without saying what it made"
         last = next((line for line in reversed(self._stderr) if not line.startswith(("Blender quit", "^"))), "")
         if "No module named 'bpy'" in last:
             return ReflectError(f"{self._name} has no bpy.", "Name a Blender 5.2 or a Python with bpy 5.2 in the preferences.")
         return ReflectError(
-            f"The bake worker {self._name} {how}" + (f": {last.rstrip('.')}." if last else "."),
+            f"The {self._work} worker {self._name} {how}" + (f": {last.rstrip('.')}." if last else "."),
             "The .blend and earlier assets are unharmed; try fewer samples or a smaller resolution, or another worker.",
         )
 

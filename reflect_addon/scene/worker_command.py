@@ -26,17 +26,22 @@ def bake_command(
     objects: names, [] for all reflectors; settings: more arguments of the verb; preference: the executable that the user
     named, "" for none. ReflectError when no usable worker is known.
     """
-    executable, is_blender = _executable(preference)
     verb = ["--methods", ",".join(methods), "--out", str(out), "--json-progress", *settings]
     verb += [f"--object={name}" for name in objects]
+    return reflect_command(blend, "bake", verb, preference)
+
+
+def reflect_command(blend: Path, verb: str, arguments: list[str], preference: str = "") -> tuple[list[str], dict[str, str]]:
+    """(command, environment) of one verb of the command line on `blend`, in a process of its own; as bake_command."""
+    executable, is_blender = _executable(preference)
     environment = {k: v for k, v in os.environ.items() if k not in _OF_THIS_BLENDER}
     if is_blender:
         # The add-on may be enabled in this session only: --addons enables it in the worker too.
         addon = ["--addons", EXTENSION] if EXTENSION.startswith("bl_ext.") else []
-        return [executable, *addon, "-b", str(blend), "--command", "reflect", "bake", *verb], environment
+        return [executable, *addon, "-b", str(blend), "--command", "reflect", verb, *arguments], environment
     environment["PYTHONPATH"] = str(SOURCE)
     environment["PYTHONDONTWRITEBYTECODE"] = "1"  # an installed extension's folder is not ours to write into
-    return [executable, "-m", "reflect_addon.cli", "bake", str(blend), *verb], environment
+    return [executable, "-m", "reflect_addon.cli", verb, str(blend), *arguments], environment
 
 
 # What a Blender sets or was started with for itself; another Blender or Python must not take it over.

@@ -7,6 +7,7 @@ import bpy
 import pytest
 from bad_input import BAKE, FRAME, TINY, VERBS, ball, contents, empty_stage, good, mirror, reflect, save, sentence  # noqa: F401
 
+from reflect_addon.core import methods as registry
 from reflect_addon.evaluation.rows import read_rows
 
 
@@ -162,10 +163,12 @@ def test_a_picture_of_one_pixel_and_frames_out_of_range(reflect, good, tmp_path)
 @pytest.mark.parametrize(
     "setting, says",
     [
-        ("texel=16", ("no setting 'texel'", "resolution, samples, texels")),
+        ("texel=16", ("no setting 'texel'", f"There are: {', '.join(sorted(registry.get('billboards').DEFAULTS))}.")),
         ("texels=17", ("texels cannot be 17", "power of two")),
         ("texels=-16", ("texels cannot be -16", "whole number")),
         ("samples=0", ("samples cannot be 0", "whole number")),
+        ("resolution=100", ("resolution cannot be 100", "power of two")),
+        ("resolution=16384", ("resolution cannot be 16384", "power of two from 4 to 8192")),
         ("resolution=1e300", ("resolution cannot be 1e+300", "whole number")),
         ("samples=many", ("samples cannot be 'many'", "whole number")),
         ("samples=NaN", ("samples cannot be nan", "whole number")),

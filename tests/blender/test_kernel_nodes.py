@@ -94,7 +94,8 @@ def cube_asset(rng):
     image, uniforms = cubemap.assemble(np.zeros(3), 16, hits)
     axes = {"box_x": (0.6, 0.8, 0.0), "box_y": (-0.8, 0.6, 0.0), "box_z": (0.0, 0.0, 1.0)}
     box = {"box_low": (-4.0, -4.0, -4.0), "box_high": (4.0, 5.0, 3.0), "center": (0.0, 0.0, 0.0)}
-    return Asset("cube", "", {"radiance_tx": image}, uniforms | axes | box)
+    box |= {"box_rim_low": (-2e9, -2e9, -2e9), "box_rim_high": (2e9, 2e9, 2.5)}
+    return Asset("cube", "", {"radiance_tx": image}, uniforms | axes | box, {"turned": True, "open": True})
 
 
 @pytest.mark.parametrize("engine", ["CYCLES", "BLENDER_EEVEE"])

@@ -110,6 +110,15 @@ def test_rays_that_start_micrometres_from_a_surface_see_it(fresh_file):
     np.testing.assert_allclose(hits.position, np.tile([0.1, 0.2, 0], (3, 1)), atol=1e-7)
 
 
+@pytest.mark.parametrize("height", [1e-8, 1e-7, 1e-6])
+def test_in_a_scene_of_millimetres_nothing_is_too_near(fresh_file, height):
+    """Cycles clips a micrometre; rays that start below it see the surface still, and none that they have left."""
+    add_mesh("Plate", [(-1e-3, -1e-3, 0), (1e-3, -1e-3, 0), (0, 1e-3, 0)], [(0, 1, 2)])
+    down = np.tile(np.float32([0.6, 0, -0.8]), (64, 1))
+    assert trace(Rays(np.tile(np.float32([0, 0, height]), (64, 1)), down)).hit.all()
+    assert not trace(Rays(np.tile(np.float32([0, 0, -height]), (64, 1)), down)).hit.any()
+
+
 def test_no_rays_give_no_hits(fresh_file):
     hits = trace(Rays(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32)))
     assert hits.radiance.shape == (0, 3)

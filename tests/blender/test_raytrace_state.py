@@ -165,3 +165,26 @@ def test_attributes_come_back_in_reverse_also_when_the_body_raises(busy_file):
             assert (soup.pass_index, tuple(soup.location)) == (2, (1, 2, 3))
             raise KeyError
     assert (soup.pass_index, tuple(soup.location)) == (40, (0, 0, 0))
+
+
+def test_the_importance_map_is_as_fine_as_the_picture_and_comes_back(fresh_file, tmp_path):
+    """A world of one small picture; another texture beside it, or the user's own choice, is left alone."""
+    world = set_world((0, 0, 0))
+    tree, scene = world.node_tree, bpy.context.scene
+    picture = tree.nodes.new("ShaderNodeTexEnvironment")
+    picture.image = bpy.data.images.new("Sky", 1600, 800, float_buffer=True)
+    tree.links.new(picture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+
+    def inside():
+        with ray_scene.ray_scene(scene, tmp_path, frozenset(), 1, True):
+            return world.cycles.sampling_method, world.cycles.sample_map_resolution
+
+    before = world.cycles.sampling_method, world.cycles.sample_map_resolution
+    assert before == ("AUTOMATIC", 1024)
+    assert inside() == ("MANUAL", 3200)
+    assert (world.cycles.sampling_method, world.cycles.sample_map_resolution) == before
+    world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 77
+    assert inside() == ("MANUAL", 77)
+    world.cycles.sampling_method = "AUTOMATIC"
+    tree.nodes.new("ShaderNodeTexSky")
+    assert inside()[0] == "AUTOMATIC"

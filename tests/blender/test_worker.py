@@ -73,7 +73,7 @@ def test_an_error_keeps_its_words():
         ("sys.stderr.write('out of memory\\n'); sys.exit(3)", "status 3: out of memory"),
         ("raise KeyError('teapot')", "status 1: KeyError: 'teapot'"),
         ("sys.exit(2)", "status 2."),
-        ("say(done=3)", "without saying what it baked"),
+        ("say(done=3)", "without saying what it made"),
         ("import nonsense_module", "No module named 'nonsense_module'"),
     ],
 )

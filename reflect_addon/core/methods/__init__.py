@@ -5,7 +5,7 @@ A method module has
     LABEL: str                   the words in the panel
     REQUIRES: tuple[str, ...]    kinds of assets it reads beside its own, baked first
     DEFAULTS: dict               its settings and their defaults
-    bake(job: BakeJob) -> Asset  see methods/job.py
+    bake(job: BakeJob) -> Asset  see core/job.py
     trace(k, asset, ray) -> Hit  the kernel (docs/decisions.md, "Kernel language")
 """
 

@@ -18,33 +18,32 @@ import numpy as np
 
 from .. import spaces
 from ..asset import Asset, half_with_scale
-from ..billboard_atlas import ROW, Placed, pack, table_rows
+from ..billboard_atlas import ROW, pack, table_rows
+from ..billboard_capture import capture, corners_of
 from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..cubemap import blend_levels
+from ..flat_parts import contains
 from ..kernel import Hit
-from ..rays import Rays
 from ..snapshot import Instance
 from . import environment
-from .job import BakeJob
+from ..job import BakeJob
 
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
-DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128}
+DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"]}
 
 # Alpha above which a texel is the object: half, so that bilinear contours lie where the object's edge lies.
 SOLID = 0.5
 # Below it the ratio of premultiplied radiance and alpha is no colour.
 LEAST_ALPHA = 1e-3
-# Rays start this share of the scene's diagonal above the surface: above float32's rounding, below any visible gap.
-LIFT = 2e-5
 
 
 def bake(job: BakeJob) -> Asset:
     """Quads for every other object, their texels in one bundle, and the environment without those objects."""
     quads, hidden = quads_for(job)
     backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
-    captured = _capture(job, quads)
+    captured = capture(job, quads)
     atlas, placed = pack(captured)
     atlas[..., :3], scale = _scaled(atlas[..., :3])
     opaque = [bool(image[..., 3].min() == 1.0) for image in captured]
@@ -68,13 +67,13 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     """(quads of all objects that the reflector can see, names of the objects that they stand for whole)."""
     low, high = job.scene.bounds([job.reflector])
     center = (low + high) / 2
-    corners = np.array([[(low, high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
+    corners = corners_of((low, high))
     quads: list[Quad] = []
     whole: dict[str, bool] = {}
     for instance in (*job.scene.instances, *job.scene.lamps):
         if instance.object_name == job.reflector.object_name or not instance.visible_glossy:
             continue
-        flat, complete = _flat(job, instance)
+        flat, complete = _flat(job, instance, contains(job.scene, instance, center))
         quads += [q for q in flat if q.faces(corners)]
         if not complete and not _encloses(job, instance, center):
             # The flat parts of a thing that stands as one quad would be seen twice.
@@ -86,51 +85,17 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     return quads, tuple(name for name, complete in whole.items() if complete)
 
 
-def _flat(job: BakeJob, instance: Instance) -> tuple[list[Quad], bool]:
+def _flat(job: BakeJob, instance: Instance, inside: bool) -> tuple[list[Quad], bool]:
     """flat_quads of an instance, found once for all reflectors of the bake."""
-    key = ("flat", instance.name)
+    key = ("flat", instance.name, inside)
     if key not in job.shared:
-        job.shared[key] = flat_quads(job.scene, instance)
+        job.shared[key] = flat_quads(job.scene, instance, inside)
     return job.shared[key]
 
 
 def _encloses(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
     low, high = job.scene.bounds([instance])
     return bool(np.all(low < point) and np.all(point < high))
-
-
-def _capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
-    """Per quad (h, w, 4) float32: premultiplied radiance and alpha, row 0 at its low v."""
-    texels = int(job.settings["texels"])
-    lift = LIFT * max(job.scene.diagonal(), 1e-30)
-    by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
-    images = [job.shared.get((q, texels)) for q in quads]
-    starts, directions, owners = [], [], []
-    for index, quad in enumerate(quads):
-        if images[index] is not None:
-            continue
-        rays = quad.rays(texels)
-        distance = job.intersect(by_name[quad.instance], rays)
-        solid = np.isfinite(distance) & (distance <= quad.reach)
-        # Computed in float64: float32 positions far from the origin would lose the lift.
-        start = rays.origin.astype(np.float64) + rays.direction * (np.where(solid, distance, 0.0) - lift)[:, None]
-        images[index] = np.zeros((*quad.size(texels), 4), np.float32)
-        starts.append(start[solid])
-        directions.append(rays.direction[solid])
-        owners.append((index, solid))
-    if sum(len(s) for s in starts):
-        bundle = Rays(np.concatenate(starts).astype(np.float32), np.concatenate(directions).astype(np.float32))
-        hits = job.trace(bundle, hide=(job.reflector.object_name,), samples=int(job.settings["samples"]))
-        at = 0
-        for (index, solid), start in zip(owners, starts, strict=True):
-            image = images[index].reshape(-1, 4)
-            image[solid, :3] = hits.radiance[at : at + len(start)]
-            image[solid, 3] = 1.0
-            at += len(start)
-    for quad, image in zip(quads, images, strict=True):
-        if quad.shared:
-            job.shared[(quad, texels)] = image
-    return images
 
 
 def trace(k, asset, ray) -> Hit:

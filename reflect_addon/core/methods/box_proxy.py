@@ -3,15 +3,20 @@
 Problem. Few environments are round; most rooms are boxes.
 Idea. Intersect the ray with the inside of a box, and look the map up in the direction of that point from the map's
 centre. core/box_fit.py finds the box, turned any way, from what the map itself saw.
-Limits. Furniture is painted onto the walls. Sides that show the sky lie at FAR. Rays that start outside the box are
-answered from the nearest point on it, which is the best a box can do for a reflector that sticks out.
+Where we depart. Sides that show the sky are open: they lie at FAR, and a ray that passes the rim of the walls beside them
+is answered by its direction, without parallax. A closed box, and one along the world's axes, has nothing of this and no
+turning in its shader.
+Limits. Furniture is painted onto the walls. Rays that start outside the box are answered from the nearest point on it,
+which is the best a box can do for a reflector that sticks out.
 """
+
+import numpy as np
 
 from .. import box_fit, cubemap, spaces
 from ..asset import Asset
 from ..kernel import Hit
 from . import environment
-from .job import BakeJob
+from ..job import BakeJob
 
 NAME = "box_proxy"
 LABEL = "Box Proxy"
@@ -24,9 +29,10 @@ def bake(job: BakeJob) -> Asset:
     room = job.required[environment.NAME]
     box = box_fit.fit(*cubemap.surface_points(room.images["radiance_tx"], room.uniforms), room.uniforms["center"])
     uniforms = {f"box_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", box.axes, strict=True)}
-    uniforms["box_low"] = tuple(map(float, box.low))
-    uniforms["box_high"] = tuple(map(float, box.high))
-    return Asset(NAME, job.reflector.name, {}, uniforms, settings=dict(job.settings), requires=REQUIRES)
+    for name in ("low", "high", "rim_low", "rim_high"):
+        uniforms[f"box_{name}"] = tuple(map(float, getattr(box, name)))
+    options = {"turned": not np.array_equal(box.axes, np.eye(3)), "open": box.is_open()}
+    return Asset(NAME, job.reflector.name, {}, uniforms, options, dict(job.settings), REQUIRES)
 
 
 def trace(k, asset, ray) -> Hit:
@@ -35,7 +41,10 @@ def trace(k, asset, ray) -> Hit:
     start = ray.origin - u["center"]
 
     def to_box(v):
-        return k.vec3(k.dot(u["box_x"], v), k.dot(u["box_y"], v), k.dot(u["box_z"], v))
+        return k.vec3(k.dot(u["box_x"], v), k.dot(u["box_y"], v), k.dot(u["box_z"], v)) if asset.options["turned"] else v
+
+    def to_world(v):
+        return u["box_x"] * v.x + u["box_y"] * v.y + u["box_z"] * v.z if asset.options["turned"] else v
 
     low, high = u["box_low"], u["box_high"]
     inside = k.name("box_start", k.min(k.max(to_box(start), low), high))
@@ -50,6 +59,10 @@ def trace(k, asset, ray) -> Hit:
     distance = k.name("box_exit", k.min(k.min(leave("x"), leave("y")), leave("z")))
     # Seen from the centre: undo the clamping by staying in the box's own axes and turning back.
     in_box = k.name("box_wall", inside + along * distance)
-    seen = u["box_x"] * in_box.x + u["box_y"] * in_box.y + u["box_z"] * in_box.z
+    seen = to_world(in_box)
     footprint = (ray.width + ray.spread * distance) / k.max(k.length(seen), 1e-30)
+    if asset.options["open"]:
+        past = k.max(in_box - u["box_rim_high"], u["box_rim_low"] - in_box)
+        to_sky = k.name("to_sky", k.max(past.x, past.y, past.z) > 0.0)
+        seen, footprint = k.select(to_sky, ray.direction, seen), k.select(to_sky, ray.spread, footprint)
     return environment.answer(k, asset, seen, footprint, spaces.STATUS_HIT)

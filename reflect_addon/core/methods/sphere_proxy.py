@@ -13,8 +13,9 @@ import numpy as np
 from .. import cubemap, spaces
 from ..asset import Asset
 from ..kernel import Hit
+from ..weighted import weighted_median
 from . import environment
-from .job import BakeJob
+from ..job import BakeJob
 
 NAME = "sphere_proxy"
 LABEL = "Sphere Proxy"
@@ -35,9 +36,7 @@ def fit_radius(environment_asset: Asset) -> float:
     if not len(points):
         return spaces.FAR
     distance = np.linalg.norm(points - environment_asset.uniforms["center"], axis=-1)
-    order = np.argsort(distance)
-    cumulative = np.cumsum(weight[order])
-    return float(distance[order][np.searchsorted(cumulative, cumulative[-1] / 2)])
+    return weighted_median(distance, weight)
 
 
 def trace(k, asset, ray) -> Hit:

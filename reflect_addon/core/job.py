@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..asset import Asset
-from ..rays import Hits, Rays
-from ..snapshot import Instance, SceneSnapshot
+from .asset import Asset
+from .rays import Hits, Rays
+from .snapshot import Instance, SceneSnapshot
 
 
 @dataclass(frozen=True)

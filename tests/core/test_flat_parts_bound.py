@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from reflect_addon.core import billboard_fit
+from reflect_addon.core import flat_parts
 
 
 def tilted(rng, count, size, centre=(0, 0, 0)):
@@ -22,7 +22,7 @@ def plane(rng, count, height):
 
 def planes_of(corners):
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    parts = billboard_fit._planes(corners, cross, np.linalg.norm(cross, axis=-1) / 2)
+    parts = flat_parts._planes(corners, cross, np.linalg.norm(cross, axis=-1) / 2)
     return sorted(sorted(part.tolist()) for part in parts)
 
 
@@ -32,7 +32,7 @@ def test_the_bound_loses_no_plane(monkeypatch, seed):
     corners = np.concatenate([tilted(rng, 400, 0.05), plane(rng, 200, 1.0), plane(rng, 150, -1.0), plane(rng, 9, 0.5)])
     corners = corners @ np.linalg.qr(rng.normal(size=(3, 3)))[0].T + rng.normal(size=3) * 10
     with_bound = planes_of(corners)
-    monkeypatch.setattr(billboard_fit, "_area_around", lambda normal, offset, area: np.full(len(area), np.inf))
+    monkeypatch.setattr(flat_parts, "_area_around", lambda normal, offset, area: np.full(len(area), np.inf))
     assert with_bound == planes_of(corners) and len(with_bound) >= 2
 
 

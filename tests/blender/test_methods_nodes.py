@@ -1,0 +1,58 @@
+"""Every registered method as shader nodes in Cycles against NumPy, on the same rays and the same assets."""
+
+import numpy as np
+import pytest
+import tolerances
+from baked_methods import bake_all, is_on_the_brink, rays_of_all_kinds, same_answer, scene_of_everything
+from node_bench import run_nodes
+
+from reflect_addon.core import methods
+from reflect_addon.core.kernel import record, run_numpy
+from reflect_addon.core.rays import Answer, Rays
+from reflect_addon.scene.kernel_nodes import emit_nodes
+
+COUNT = 4096
+SIZES = {"radiance": 3, "position": 3, "coverage": 1, "status": 1}
+
+
+@pytest.fixture(scope="module")
+def assets():
+    return bake_all(scene_of_everything())
+
+
+@pytest.mark.parametrize("footprint", [False, True])
+def test_cycles_says_what_numpy_says(footprint, fresh_file, tmp_path, rng, assets):
+    """All methods in one material and one render."""
+    rays = rays_of_all_kinds(np.random.default_rng(13), COUNT)
+    width = rng.uniform(0, 0.05, COUNT) * footprint
+    spread = rng.choice([0.0, 0.004, 0.05, 0.7], COUNT) * footprint
+    programs = {name: record(methods.get(name).trace, asset) for name, asset in assets.items()}
+    groups = {name: (emit_nodes(program, assets[name], name, tuple(SIZES)), SIZES) for name, program in programs.items()}
+    given = {"origin": rays.origin, "direction": rays.direction, "width": width, "spread": spread}
+    answers = run_nodes(fresh_file, tmp_path, groups, given)
+    bounds = tolerances.KERNEL_RADIANCE_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
+    for name, program in programs.items():
+        found = Answer(**answers[name])
+        wanted = run_numpy(program, assets[name], rays, width, spread)
+        same = same_answer(found, wanted, rays.origin, *bounds)
+        odd = np.flatnonzero(~same)
+        print("EXC", name, len(odd))
+        assert len(odd) <= tolerances.RAYS_ON_NODE_BRINKS * COUNT, f"{name}: {len(odd)} rays"
+        few = Rays(rays.origin[odd], rays.direction[odd])
+        part = Answer(*(getattr(found, f)[odd] for f in ("radiance", "coverage", "position", "status")))
+        explained = is_on_the_brink(
+            program, assets[name], few, width[odd], spread[odd], part, rng, tolerances.BRINK, *bounds
+        )  # fmt: skip
+        assert explained.all(), f"{name}: {(~explained).sum()} of {len(odd)} rays are nowhere near an edge: {odd[~explained][:5]}"
+
+
+def test_a_group_takes_the_ray_and_gives_the_colour(fresh_file, assets):
+    """What a material plugs into: the names that people see."""
+    for name, asset in assets.items():
+        tree = emit_nodes(record(methods.get(name).trace, asset), asset, f"Reflect {name}")
+        sockets = {(s.in_out, s.name) for s in tree.interface.items_tree}
+        assert sockets >= {("INPUT", "Origin"), ("INPUT", "Direction"), ("OUTPUT", "Radiance"), ("OUTPUT", "Coverage")}
+        loops = [node for node in tree.nodes if node.bl_idname == "GeometryNodeRepeatInput"]
+        assert [loop.inputs["Iterations"].default_value for loop in loops] == (
+            [asset.options["count"]] if name == "billboards" else []
+        )

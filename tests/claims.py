@@ -1,0 +1,77 @@
+"""What "What it must show" is measured with: the product's own rays, assets and answers of one scene, and the truth."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import bpy
+import numpy as np
+
+from reflect_addon.core import metrics
+from reflect_addon.core.look import Look
+from reflect_addon.core.rays import Answer, Hits, RayMap, Rays
+from reflect_addon.evaluation import eye
+from reflect_addon.evaluation.backends import GpuBackend
+from reflect_addon.evaluation.frame import open_frame
+from reflect_addon.evaluation.truth import lifted
+from reflect_addon.scene.bake import bake_assets, load_assets
+from reflect_addon.scene.camera import camera_of
+from reflect_addon.scene.look import read_look
+from reflect_addon.scene.raytrace import trace
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The answers of some methods to one frame's rays, and what Cycles says of the same rays."""
+
+    ray_map: RayMap
+    rays: Rays
+    truth: Hits
+    answers: dict[str, Answer]
+    look: Look
+    diagonal: float
+
+    def mask(self) -> np.ndarray:
+        return self.ray_map.covered()
+
+    def picture(self, radiance: np.ndarray) -> np.ndarray:
+        """(H, W, 3) display-encoded: the reflector's pixels on black."""
+        frame = np.zeros((*self.mask().shape, 3), np.float32)
+        frame[self.mask()] = radiance
+        return self.look.apply(frame)
+
+    def flip(self, method: str, truth: np.ndarray | None = None) -> float:
+        """truth: (N, 3) radiance of the rays, Cycles' when it is None."""
+        truth = self.truth.radiance if truth is None else truth
+        value, note = eye.flip(self.picture(self.answers[method].radiance), self.picture(truth), self.mask())
+        assert value is not None, note
+        return value
+
+    def median_relative(self, method: str, truth: np.ndarray | None = None) -> float:
+        truth = self.truth.radiance if truth is None else truth
+        return metrics.median_relative(self.answers[method].radiance, truth)
+
+    def rmse(self, method: str) -> float:
+        return metrics.rmse(self.answers[method].radiance, self.truth.radiance)
+
+    def hit_errors(self, method: str) -> metrics.HitErrors:
+        return metrics.hit_errors(self.answers[method], self.truth, self.rays, self.diagonal)
+
+
+def measure(
+    methods: tuple[str, ...], folder, size=(128, 96), truth_samples: int = 1, settings: dict | None = None
+) -> Measured:
+    """Bakes, draws and traces the open file's scene as `evaluate` does. settings None: the methods' defaults."""
+    scene = bpy.context.scene
+    with open_frame(scene, None) as snapshot:
+        camera = camera_of(scene, None, *size)
+        ray_map = GpuBackend.ray_map(snapshot, camera)
+        rays = lifted(ray_map, snapshot.diagonal())
+        truth = trace(rays, samples=truth_samples, seed=1, scene=scene)
+        look = read_look(scene)
+        answers = {}
+        bake_assets(snapshot, methods, folder, settings=settings, tracer=partial(trace, scene=scene))
+        for method in methods:
+            assets = load_assets(snapshot, method, folder)
+            assert len(assets) == len(snapshot.reflectors()), f"{method} was not baked for every reflector"
+            answers[method] = GpuBackend(snapshot, assets, look, camera, ray_map).answer()
+        return Measured(ray_map, rays, truth, answers, look, snapshot.diagonal())
