@@ -1,6 +1,7 @@
 """Scene.reflect: what the user chose, saved in the .blend."""
 
 import json
+import math
 
 import bpy
 
@@ -43,17 +44,25 @@ def _look_changed(self, _context):
     live.of(self.id_data).show(self.id_data)
 
 
+def _to_power_of_two(self, _context):
+    nearest = 1 << round(math.log2(self.resolution))
+    if self.resolution != nearest:
+        self.resolution = nearest
+
+
 class ReflectSceneSettings(bpy.types.PropertyGroup):
     method: bpy.props.EnumProperty(
         name="Method", description="How reflections are computed in the viewport", items=method_items, update=_method_changed
     )
     resolution: bpy.props.IntProperty(
         name="Resolution",
-        description="Texels along an edge of the captured images. Twice as many need four times the memory and bake time",
+        description="Texels along an edge of the captured images, a power of two. Twice as many need four times the memory "
+        "and bake time",
         default=256,
         min=16,
         max=4096,
         subtype="PIXEL",
+        update=_to_power_of_two,
     )
     samples: bpy.props.IntProperty(
         name="Samples",

@@ -216,3 +216,22 @@ def test_linked_from_a_library(reflect, tmp_path):
     for verb in ("bake", "render", "evaluate"):
         result = reflect.refuses(verb, blend, *VERBS[verb](tmp_path / "new"), says="has no reflector", keeps=[tmp_path])
         assert str(library) in result.err and "is missing" in result.err
+
+
+def test_clipping_planes_hold_for_both_backends(reflect, tmp_path):
+    """What the camera's clipping planes cut away is in neither backend's rays, whether it mirrors or hides."""
+    empty_stage()
+    ball("Far", (0, 40, 1.2), 8)
+    ball("Near", (0, -5.5, 1.9), 0.2).data.materials.clear()
+    bpy.data.objects["Camera"].data.clip_start, bpy.data.objects["Camera"].data.clip_end = 2, 30
+    blend = save(tmp_path / "clipped.blend")
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    for clip_end, far_is_seen in ((30, False), (100, True)):
+        bpy.data.objects["Camera"].data.clip_end = clip_end
+        count = {}
+        for backend in ("numpy", "gpu"):
+            out = tmp_path / f"{clip_end} {backend}"
+            arguments = ("--methods", "environment", *FRAME, *TINY[:4], "--backend", backend)
+            reflect.works("evaluate", blend, "--out", out, *arguments)
+            count[backend] = read_rows(out)[0].pixels
+        assert count["gpu"] == count["numpy"] and (count["gpu"] > 20) == far_is_seen, count

@@ -133,3 +133,11 @@ def test_a_chosen_method_is_saved_with_the_file(registered, tmp_path):
     assert bpy.context.scene.reflect.method == "OFF"
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert (bpy.context.scene.reflect.method, bpy.context.scene.reflect.resolution) == ("environment", 64)
+
+
+def test_a_resolution_is_a_power_of_two(registered):
+    """Cube maps need it, and a dragged slider does not know."""
+    settings = bpy.context.scene.reflect
+    for given, kept in ((300, 256), (17, 16), (4096, 4096), (1000, 1024)):
+        settings.resolution = given
+        assert settings.resolution == kept
