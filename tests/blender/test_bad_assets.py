@@ -79,6 +79,39 @@ def test_a_damaged_asset(reflect, home, tmp_path, case):
     reflect.works("render", blend, *arguments)
 
 
+# What box_proxy's assets had before boxes could be turned and open, and what could stand there instead.
+OLDER = {
+    "axes and rims missing": (("box_x", "box_y", "box_z", "box_rim_low", "box_rim_high"), {}, {}),
+    "rims missing": (("box_rim_low", "box_rim_high"), {}, {"turned": True, "open": True}),
+    "another type": ((), {"box_low": [1.0, 2.0, 3.0, 4.0]}, {"turned": True, "open": True}),
+}
+
+
+@pytest.mark.parametrize("case", OLDER)
+def test_an_asset_from_before_its_method_changed(reflect, home, tmp_path, case):
+    """Whole, and of a format that is read, but not what the kernel asks for: the same sentence, and baked again."""
+    missing, uniforms, options = OLDER[case]
+    blend, folder = home / "good.blend", home / "reflect" / "Scene"
+    bake = ("--methods", "box_proxy", *TINY[:4])
+    reflect.works("bake", blend, *bake)
+    path = folder / "box_proxy-Ball" / "asset.json"
+    now = json.loads(path.read_text())
+    kept = {k: v for k, v in now["uniforms"].items() if k not in missing}
+    older = json.dumps(now | {"uniforms": kept | uniforms, "options": options})
+    path.write_text(older)
+    says = ("box_proxy-Ball lacks what box_proxy needs", "Bake it again.")
+    reflect.refuses("shader", blend, "--method", "box_proxy", says=says, keeps=[home])
+    arguments = ("--method", "box_proxy", *FRAME, "--out", tmp_path / "p.png", "--assets", folder)
+    reflect.refuses("render", blend, *arguments, says=says, keeps=[tmp_path])
+    assert "box_proxy: unreadable" in reflect.works("analyse", blend).out
+    out = tmp_path / "out"  # where evaluate keeps what it bakes with settings of its own
+    reflect.works("evaluate", blend, *bake, "--out", out, *FRAME, "--backend", "numpy")
+    reflect.works("bake", blend, *bake)
+    for made in (path, next(out.rglob("box_proxy-Ball/asset.json"))):
+        again = json.loads(made.read_text())
+        assert (again["uniforms"], again["options"]) == (now["uniforms"], now["options"])
+
+
 def test_no_asset_at_all(reflect, home, tmp_path):
     blend = home / "good.blend"
     for missing in (tmp_path / "nowhere", home):
