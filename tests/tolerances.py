@@ -65,7 +65,7 @@ QUAD_EDGE = 1e-3
 RAYS_ON_BRINKS = 2e-4
 # ... moved and turned by no more than this (m and rad; the room is 6 m wide, a texel is 6e-2 rad) it gives that answer.
 BRINK = 1e-5
-# The same for nodes in Cycles, on 4096 rays: one in a thousand, each of them on a brink.
+# The same for nodes in Cycles, each of them on a brink too; their arithmetic is in another order.
 RAYS_ON_NODE_BRINKS = 1e-3
 # Issue 2, "a convex mirror under nothing but an HDR world": the issue's own numbers.
 WORLD_FLIP = 0.03

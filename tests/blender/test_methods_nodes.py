@@ -11,7 +11,7 @@ from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.rays import Answer, Rays
 from reflect_addon.scene.kernel_nodes import emit_nodes
 
-COUNT = 4096
+COUNT = 100_000
 SIZES = {"radiance": 3, "position": 3, "coverage": 1, "status": 1}
 
 
@@ -36,7 +36,6 @@ def test_cycles_says_what_numpy_says(footprint, fresh_file, tmp_path, rng, asset
         wanted = run_numpy(program, assets[name], rays, width, spread)
         same = same_answer(found, wanted, rays.origin, *bounds)
         odd = np.flatnonzero(~same)
-        print("EXC", name, len(odd))
         assert len(odd) <= tolerances.RAYS_ON_NODE_BRINKS * COUNT, f"{name}: {len(odd)} rays"
         few = Rays(rays.origin[odd], rays.direction[odd])
         part = Answer(*(getattr(found, f)[odd] for f in ("radiance", "coverage", "position", "status")))
