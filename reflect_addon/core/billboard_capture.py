@@ -10,7 +10,7 @@ from .billboard_fit import Quad
 from .flat_parts import is_closed
 from .job import BakeJob
 from .rays import Rays
-from .snapshot import Instance
+from .snapshot import Instance, corners_of
 
 # Rays start this share of the scene's diagonal above the surface: below any visible gap ...
 LIFT = 2e-5
@@ -71,11 +71,6 @@ def _coarser(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """The image's means over blocks, at most `size` (height, width); all are powers of two."""
     (h, w), (rows, columns) = image.shape[:2], np.minimum(size, image.shape[:2])
     return image.reshape(rows, h // rows, columns, w // columns, 4).mean((1, 3))
-
-
-def corners_of(bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """(8, 3) of a box given by its low and high corner."""
-    return np.array([[bounds[i >> a & 1][a] for a in range(3)] for i in range(8)])
 
 
 def _faces_any(points: np.ndarray, normals: np.ndarray, corners: np.ndarray) -> np.ndarray:

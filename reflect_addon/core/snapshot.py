@@ -77,3 +77,8 @@ class SceneSnapshot:
         """Length of the scene's bounding-box diagonal, m: what hit errors are divided by."""
         low, high = self.bounds()
         return float(np.linalg.norm(high - low))
+
+
+def corners_of(bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """(8, 3) of a box given by its low and high corner."""
+    return np.array([[bounds[i >> a & 1][a] for a in range(3)] for i in range(8)])

@@ -26,7 +26,7 @@ from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.rays import RayMap
 from ..core.safe_write import write_whole
-from ..core.snapshot import SceneSnapshot
+from ..core.snapshot import SceneSnapshot, corners_of
 from ..scene import peer_render
 from ..scene.bake_job import save_copy
 from ..scene.exr import read_exr, stacked
@@ -82,8 +82,7 @@ def job_of(
     reflectors = snapshot.reflectors()
     pixels = np.bincount(ray_map.reflector[ray_map.covered()], minlength=len(reflectors))
     with_probe = [int(i) for i in np.argsort(-pixels, kind="stable")[:MOST_PROBES] if pixels[i]]
-    low, high = snapshot.bounds()
-    corners = np.array([[(low, high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
+    corners = corners_of(snapshot.bounds())
     probes, materials, marked = [], {}, {}
     for index in with_probe:
         lowest, highest = snapshot.bounds([reflectors[index]])

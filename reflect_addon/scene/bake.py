@@ -87,7 +87,7 @@ def load_assets(scene: SceneSnapshot, method: str, folder: Path) -> dict[str, As
         if all(os.path.isfile(path / "asset.json") for path in paths):
             kinds = (method, *methods.get(method).REQUIRES)
             own, *others = [_load(path, kind) for path, kind in zip(paths, kinds, strict=True)]
-            found[reflector.name] = _answering(own, others, paths[0])
+            found[reflector.name] = answering(own, others, paths[0])
     return found
 
 
@@ -137,7 +137,7 @@ def _load(path: Path, kind: str) -> Asset:
     return asset
 
 
-def _answering(own: Asset, others: list[Asset], path: Path) -> Asset:
+def answering(own: Asset, others: list[Asset], path: Path) -> Asset:
     """The asset joined with those it requires, when it has all that its kernel asks for: a whole asset of another version
     or program may not."""
     try:
@@ -158,7 +158,7 @@ def _fresh(path: Path, kind: str, inputs: str, required: dict[str, Asset]) -> As
         return None
     try:
         asset = _load(path, kind)
-        _answering(asset, list(required.values()), path)
+        answering(asset, list(required.values()), path)
     except ReflectError:
         return None
     return asset if is_fresh(asset, inputs) else None

@@ -17,7 +17,7 @@ from ..core.asset_files import load_asset
 from ..core.asset_places import asset_name, scene_folder
 from ..core.errors import ReflectError
 from ..core.snapshot import SceneSnapshot
-from .bake import is_stale
+from .bake import answering, is_stale
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
@@ -39,7 +39,7 @@ class Live:
         self.method = "OFF"  # whose assets are loaded ...
         self.folder: Path | None = None  # ... and from where
         self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
-        self._joined: dict[tuple[int, ...], Asset] = {}
+        self._joined: dict[tuple[int, ...], Asset | None] = {}
         self._seen: dict[str, str] = {}  # asset's inputs hash -> geometry hash that the window saw when it was baked
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
         self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
@@ -149,15 +149,21 @@ class Live:
         found = {}
         for reflector in self.snapshot.reflectors():
             assets = [self.asset(kind, reflector.name) for kind in methods.with_required([self.method])]
-            if None not in assets:
-                found[reflector.name] = self._join(assets)
+            if None not in assets and (asset := self._join(assets)) is not None:
+                found[reflector.name] = asset
         return found
 
-    def _join(self, assets: list[Asset]) -> Asset:
-        """The last asset with the others; the same object for the same assets, so that nothing is uploaded twice."""
+    def _join(self, assets: list[Asset]) -> Asset | None:
+        """The last asset with the others; the same object for the same assets, so that nothing is uploaded twice. None,
+        and one more problem, where they lack what the method's kernel asks for."""
         key = tuple(id(asset) for asset in assets)
         if key not in self._joined:
-            self._joined[key] = assets[-1].joined(*assets[:-1])
+            own = assets[-1]
+            try:
+                self._joined[key] = answering(own, assets[:-1], self.folder / asset_name(own.kind, own.reflector))
+            except ReflectError as error:
+                self._joined[key] = None
+                self.problems += (str(error),)
         return self._joined[key]
 
     def asset(self, kind: str, reflector: str) -> Asset | None:

@@ -181,6 +181,18 @@ def test_damaged_assets_are_named(ball):
     assert "asset.json" in live_state().problems[0] and live_state().missing == ("Ball",)
 
 
+def test_assets_of_before_their_method_changed_are_named(ball):
+    """Whole, and of this scene, but without what the kernel now asks for: a sentence, not an error while drawing."""
+    from reflect_addon.scene.places import assets_of
+
+    save_asset(environment(), assets_of(bpy.context.scene) / "environment-Ball")  # an image and no numbers
+    bpy.ops.reflect.refresh()
+    assert live_state().snapshot.reflectors() and live_state().assets and not live_state().missing
+    assert live_state().joined() == {} == live_state().joined()
+    (problem,) = live_state().problems
+    assert "environment-Ball lacks what environment needs" in problem and "Bake it again" in problem
+
+
 def test_the_first_save_takes_the_assets_along(registered, monkeypatch, tmp_path):
     from reflect_addon.scene import places
 

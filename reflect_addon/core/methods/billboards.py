@@ -19,12 +19,12 @@ import numpy as np
 from .. import spaces
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, pack, table_rows
-from ..billboard_capture import capture, corners_of
+from ..billboard_capture import capture
 from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..cubemap import blend_levels
 from ..flat_parts import contains
 from ..kernel import Hit
-from ..snapshot import Instance
+from ..snapshot import Instance, corners_of
 from . import environment
 from ..job import BakeJob
 

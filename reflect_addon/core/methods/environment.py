@@ -15,10 +15,10 @@ import numpy as np
 
 from .. import cubemap, spaces
 from ..asset import Asset
+from ..job import BakeJob
 from ..kernel import Hit, record, run_numpy
 from ..metrics import median_relative
 from ..rays import Hits, Rays
-from ..job import BakeJob
 
 NAME = "environment"
 LABEL = "Environment Map"
