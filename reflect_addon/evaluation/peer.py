@@ -11,8 +11,6 @@ under a hash of everything that it depends on.
 import hashlib
 import io
 import json
-import shutil
-import tempfile
 import time
 import zipfile
 from collections.abc import Callable
@@ -24,6 +22,7 @@ import numpy as np
 
 from ..core.camera import Camera
 from ..core.errors import ReflectError
+from ..core.processes import temporary_folder
 from ..core.rays import RayMap
 from ..core.safe_write import write_whole
 from ..core.snapshot import SceneSnapshot, corners_of
@@ -139,9 +138,9 @@ def pictures_of(
         said = {"replaced": [], "seconds": [0.0] * len(job.settings), "device": "nothing was drawn"}
         radiances = [np.zeros((0, 3), np.float32)] * len(job.settings)
     else:
-        with tempfile.TemporaryDirectory(prefix="reflect-eevee-") as folder:
-            said = draw(job, Path(folder))
-            channels = [read_exr(Path(folder) / f"picture{k}.exr") for k in range(len(job.settings))]
+        with temporary_folder("reflect-eevee-") as folder:
+            said = draw(job, folder)
+            channels = [read_exr(folder / f"picture{k}.exr") for k in range(len(job.settings))]
         radiances = [to_rec709(stacked(c, "Glossy Direct", "RGB")[mask]).astype(np.float32) for c in channels]
     pictures = _pictures(job, said, radiances)
     if kept is not None and mask.any():
@@ -154,16 +153,13 @@ def pictures_of(
 
 def draw_apart(job: Job, folder: Path, say: Callable[[float, str], object]) -> dict:
     """Saves a copy of the open file and lets another process draw; waits, and ends it when `say` raises."""
-    scratch = Path(tempfile.mkdtemp(prefix="reflect-eevee-"))
-    try:
-        blend = scratch / f"{Path(bpy.data.filepath).stem or 'unsaved'}.blend"
-        (scratch / "job.json").write_text(json.dumps(job.plain()))
-        arguments = ["--job", str(scratch / "job.json"), "--out", str(folder)]
-        command, environment = reflect_command(blend, "draw-eevee", arguments)
-        save_copy(blend)
-    except BaseException:
-        shutil.rmtree(scratch, ignore_errors=True)
-        raise
+    scratch = folder / "scratch"  # the worker's, which deletes it
+    scratch.mkdir()
+    blend = scratch / f"{Path(bpy.data.filepath).stem or 'unsaved'}.blend"
+    (scratch / "job.json").write_text(json.dumps(job.plain()))
+    arguments = ["--job", str(scratch / "job.json"), "--out", str(folder)]
+    command, environment = reflect_command(blend, "draw-eevee", arguments)
+    save_copy(blend)
     worker = Worker(command, scratch, environment, "EEVEE")
     try:
         while (state := worker.poll()).running:

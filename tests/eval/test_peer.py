@@ -194,23 +194,21 @@ def test_the_backend_of_that_name_is_told_apart(tiny, tmp_path, capfd):
     assert status == 1 and "EEVEE nodes" in err and "--methods all,eevee" in err
 
 
-def test_a_process_that_fails_or_is_cancelled_leaves_nothing(tiny, tmp_path, monkeypatch):
+def test_a_process_that_fails_or_is_cancelled_leaves_nothing(tiny, tmp_path):
     """The job's camera does not exist, so that the process ends before it draws."""
-    monkeypatch.setenv("TMPDIR", str(tmp_path / "t"))
-    (tmp_path / "t").mkdir()
-    monkeypatch.setattr(peer.tempfile, "tempdir", None)
+    folder = tmp_path / "pictures"
+    folder.mkdir()
     job = peer_render.Job("tiny", "Nobody", 1, (8, 8), 1, 256, (), (), (), (), peer.SETTINGS)
     with pytest.raises(ReflectError, match="Nobody") as caught:
-        peer.draw_apart(job, tmp_path, lambda share, text: None)
+        peer.draw_apart(job, folder, lambda share, text: None)
     assert "Leave eevee out" in caught.value.remedy
 
     def stop(share, text):
         raise Cancelled("The evaluation")
 
     with pytest.raises(Cancelled):
-        peer.draw_apart(job, tmp_path, stop)
-    assert list((tmp_path / "t").iterdir()) == []
-    monkeypatch.setattr(peer.tempfile, "tempdir", None)
+        peer.draw_apart(job, folder, stop)
+    assert list(folder.iterdir()) == []
 
 
 # --- in this process, without drawing
