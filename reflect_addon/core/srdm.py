@@ -21,8 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# u of unused points: beyond every map, so that a search along the row ends there.
-FILL = 65536.0
+# u of unused points: beyond every map, so that a search along the row ends there, and a half float can hold it.
+FILL = 32768.0
 # Depth steps in which splits are chosen: 1.5e-5 of the range, below any error that m points leave.
 STEPS = 65535
 
