@@ -18,7 +18,12 @@ from .billboard_fit import Quad
 #   u, v: axis / half extent, w so that dot(p, u.xyz) + u.w is in -1..1
 #   place: xy = level 0's lowest left texel inside its border; zw = width, height of level 0 in texels
 #   detail: x = coarsest level; y = texels per metre; z = 1 where all of it is opaque
-ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4}
+# A depth map's row (depth_atlas.py) has its camera in plane, u and v, and
+#   limits: x = hither, y = yon, m; z = distance of the nearest hit that counts, m; w = rise in q per texel from which a
+#     segment counts as steep
+#   ball: centre and radius of a sphere around the object
+#   table: x, y = lowest left texel of its simplified rows
+ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4, "limits": 5, "ball": 6, "table": 7}
 # Coarsest level: its smaller side still has this many texels.
 COARSEST = 4
 
@@ -80,9 +85,9 @@ def _block(image: np.ndarray) -> np.ndarray:
     return block
 
 
-def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], center) -> np.ndarray:
-    """(count, 5, 4) float32 table, at least one row. center: (3,) world, m, what rows are relative to."""
-    rows = np.zeros((max(len(quads), 1), len(ROW), 4), np.float32)
+def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], center, count: int = 0) -> np.ndarray:
+    """(max(count, quads, 1), len(ROW), 4) float32 table. center: (3,) world, m, what rows are relative to."""
+    rows = np.zeros((max(len(quads), count, 1), len(ROW), 4), np.float32)
     for row, quad, where, full in zip(rows, quads, placed, opaque, strict=False):
         place = np.asarray(quad.center, np.float64) - center
         row[ROW["plane"]] = *quad.normal, np.dot(place, quad.normal)

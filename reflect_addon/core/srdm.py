@@ -82,6 +82,15 @@ def table_of(rows: Rows, row: np.ndarray, sample: np.ndarray, begins: np.ndarray
     return table
 
 
+def packed(table: np.ndarray) -> np.ndarray:
+    """(w, n * ceil(m / 2), 4) float32: two points a texel, texel (x = i * ceil(m / 2) + c, y = j) of turn i, row j has points
+    2c and 2c + 1 as (u0, q0, u1, q1)."""
+    n, w, m = table.shape[:3]
+    if m % 2:
+        table = np.concatenate([table, np.broadcast_to(np.float32([-FILL, 0]), (n, w, 1, 2))], 2)
+    return np.ascontiguousarray(table.reshape(n, w, -1, 4).transpose(1, 0, 2, 3)).reshape(w, -1, 4)
+
+
 def heights(table: np.ndarray, w: int) -> np.ndarray:
     """(R, w) float64: q of the poly-lines at the samples; NaN where there is none. For errors and pictures."""
     count, m = table.shape[:2]

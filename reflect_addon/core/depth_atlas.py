@@ -1,0 +1,62 @@
+"""Depth maps as rows of the billboards' table and as one image of simplified rows.
+
+A map's row in `billboard_buf` holds its camera where a quad has its plane: in columns plane, u, v the vectors whose dot
+product with a point, plus w, is z, x and y of the camera (depth_camera.py; |x| <= z and |y| <= z inside), p relative to
+the asset's centre. Its colours are a block of `billboard_tx` as a quad's are.
+"""
+
+import numpy as np
+
+from . import srdm
+from .billboard_atlas import ROW, Placed
+from .depth_fit import DepthView
+
+# Hits of a reflector's own maps closer than this many texels are its own surface, seen through the poly-line's error.
+NEAR = 3.0
+# A segment that rises by more than this many texels of depth per texel is no surface: its camera saw it too slanted to
+# know it, or it is a band over the gap between two parts of the object. What another map sees is then not hidden by it.
+
+STEEP = 6.0
+# Rows of maps are stacked to this height, then beside each other: every graphics card holds images of this side.
+TALLEST = 8192
+
+
+def fill_rows(
+    rows: np.ndarray,  # (maps, len(ROW), 4), written
+    views: list[DepthView],
+    placed: list[Placed],
+    corners: list[tuple[int, int]],  # lowest left texel of each view's table
+    spheres: list[tuple[np.ndarray, float]],  # around each view's object: centre (3,) world, radius in m
+    center: np.ndarray,  # (3,) world, what rows are relative to
+) -> None:
+    """Writes one row per view."""
+    for row, view, where, corner, (middle, radius) in zip(rows, views, placed, corners, spheres, strict=True):
+        camera = view.camera
+        eye = camera.eye - center
+        axes = (camera.forward, camera.right / camera.tan_half, camera.up / camera.tan_half)
+        for name, axis in zip(("plane", "u", "v"), axes, strict=True):
+            row[ROW[name]] = *axis, -np.dot(eye, axis)
+        row[ROW["place"]] = where.x, where.y, where.width, where.height
+        row[ROW["detail"], :3] = where.levels - 1, 1 / camera.texel(where.width), 1.0
+        near = NEAR * camera.texel(where.width) if view.own else 0.0
+        steep = STEEP * camera.texel(where.width) / (camera.yon - camera.hither)
+        row[ROW["limits"]] = camera.hither, camera.yon, near, steep
+        row[ROW["ball"]] = *(np.asarray(middle) - center), radius
+        row[ROW["table"], :2] = corner
+
+
+def pack_tables(tables: list[np.ndarray]) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """((H, W, 4) float32, corner (x, y) of each table) from packed tables (w, n * row_texels, 4), all of one width."""
+    wide = tables[0].shape[1]
+    corners, x, y, tallest = [], 0, 0, 0
+    for table in tables:
+        if y and y + len(table) > TALLEST:
+            x, y = x + wide, 0
+        corners.append((x, y))
+        y += len(table)
+        tallest = max(tallest, y)
+    image = np.zeros((tallest, x + wide, 4), np.float32)
+    image[..., 0] = image[..., 2] = -srdm.FILL
+    for (x, y), table in zip(corners, tables, strict=True):
+        image[y : y + len(table), x : x + wide] = table
+    return image, corners

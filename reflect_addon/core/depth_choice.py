@@ -1,0 +1,105 @@
+"""How many depth maps of an object, and from where: chosen by the points that reflected rays meet [popescu-2006 section 6].
+
+"for the ears of the bunny to correctly reflect each other, at least two depth maps are needed. We will investigate
+optimizing the placement". Every candidate view is judged by which of the met points it sees, not too slanted; views are
+added while they see a share of points that no other does.
+"""
+
+import numpy as np
+
+from .depth_camera import DepthCamera, fit
+from .depth_fit import DepthView
+from .job import BakeJob
+from .rays import Rays
+from .reflected_samples import reflected
+from .snapshot import Instance
+
+# Candidate directions beside the one that faces the reflector, spread evenly over the sphere.
+CANDIDATES = 26
+# A further map must see this share of all the object's met points anew.
+WORTH = 0.01
+# Points met judged per object: the share of a map that is worth having is then ten points or more.
+JUDGED = 1000
+# A surface is seen where a map's ray ends within this share of the object's size of it ...
+NEAR = 4e-3
+# ... and seen well where it faces the camera by more than this cosine: below it, a texel covers five times its width.
+SLANT = 0.2
+# A reflector sees itself when this share of its rays does.
+SELF = 0.003
+
+
+def views_for(job: BakeJob, volumes: tuple[str, ...]) -> list[DepthView]:
+    """The views of every volume (names of instances), and of the reflector where its own rays meet it."""
+    by_name = {i.name: i for i in job.scene.instances}
+    lamps = {i.name: i for i in job.scene.lamps}
+    rays, hits = reflected(job)
+    views: list[DepthView] = []
+    for name in volumes:
+        instance = by_name.get(name) or lamps[name]
+        met = _met(job, instance, hits)
+        views += [DepthView(name, c) for c in chosen(job, instance, hits.position[met], hits.normal[met])]
+    met = _met(job, job.reflector, hits)
+    if len(rays) and np.mean(met) > SELF:
+        points = hits.position[met], hits.normal[met]
+        views += [DepthView(job.reflector.name, c, own=True) for c in chosen(job, job.reflector, *points)]
+    return views
+
+
+def chosen(job: BakeJob, instance: Instance, points: np.ndarray, normals: np.ndarray) -> list[DepthCamera]:
+    """Cameras of one instance, at most settings["maps"], at least one: the best first. points, normals: (N, 3), met by rays."""
+    vertices = job.scene.world_positions(instance)
+    vertices = vertices[np.unique(job.scene.meshes[instance.mesh].triangles)]
+    middle = (vertices.min(0) + vertices.max(0)) / 2
+    facing = job.center() - middle
+    if not len(points):  # rays may still meet it from views that the samples did not think of
+        return [fit(vertices, facing)]
+    step = max(len(points) // JUDGED, 1)
+    points, normals = points[::step].astype(np.float64), normals[::step].astype(np.float64)
+    near = NEAR * float(np.linalg.norm(vertices - middle, axis=-1).max())
+    cameras = [fit(vertices, towards) for towards in (facing, *_spread(CANDIDATES))]
+    seen = np.array([_seen(job, instance, camera, points, normals, near) for camera in cameras])
+    kept: list[int] = []
+    covered = np.zeros(len(points), bool)
+    while len(kept) < int(job.settings["maps"]):
+        gain = (seen & ~covered).mean(1)
+        best = int(np.argmax(gain))
+        if kept and gain[best] < WORTH:
+            break
+        kept.append(best)
+        covered |= seen[best]
+    return [cameras[i] for i in kept]
+
+
+def _met(job: BakeJob, instance: Instance, hits) -> np.ndarray:
+    """(N,) bool: which rays ended on the instance (one dupli of an object: where it stands)."""
+    if instance.object_name not in hits.object_names:
+        return np.zeros(len(hits.object), bool)
+    met = hits.hit & (hits.object == hits.object_names.index(instance.object_name))
+    if instance.name != instance.object_name or any(
+        i.object_name == instance.object_name and i.name != instance.name for i in job.scene.instances
+    ):
+        low, high = job.scene.bounds([instance])
+        slack = 1e-3 * float(np.max(high - low))
+        met = met & np.all((hits.position >= low - slack) & (hits.position <= high + slack), axis=1)
+    return met
+
+
+def _seen(job: BakeJob, instance: Instance, camera: DepthCamera, points, normals, near: float) -> np.ndarray:
+    """(N,) bool: which points the camera sees well."""
+    towards = points - camera.eye
+    length = np.linalg.norm(towards, axis=-1)
+    direction = towards / length[:, None]
+    facing = np.abs(np.einsum("nx,nx->n", direction, normals)) > SLANT
+    origin = np.broadcast_to(camera.eye, direction.shape)
+    distance = job.intersect(instance, Rays(origin[facing], direction[facing]))
+    out = np.zeros(len(points), bool)
+    out[facing] = np.abs(distance - length[facing]) < near
+    return out
+
+
+def _spread(count: int) -> np.ndarray:
+    """(count, 3) unit directions, a Fibonacci lattice."""
+    i = np.arange(count) + 0.5
+    z, angle = 1 - 2 * i / count, np.pi * (1 + np.sqrt(5)) * i
+    ring = np.sqrt(1 - z * z)
+    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], -1)

@@ -1,0 +1,45 @@
+"""Depth maps of one object: the views that may be taken of it and what each would show [popescu-2006 sections 4 and 6]."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .billboard_fit import FINEST, LEAST_TEXELS
+from .depth_camera import DepthCamera
+from .job import BakeJob
+from .rays import Rays
+from .snapshot import Instance
+
+
+@dataclass(frozen=True, eq=False)
+class DepthView:
+    """A depth map to be captured. The attributes that billboard_fit.Quad has mean the same here."""
+
+    instance: str
+    camera: DepthCamera
+    own: bool = False  # of the reflector itself: rays start on its surface
+    reach: float = float("inf")
+    shared: bool = False
+
+    def size(self, texels: int) -> tuple[int, int]:
+        return texels, texels
+
+    def enough(self, most: int, viewers: tuple[np.ndarray, np.ndarray]) -> int:
+        """Texels a side, a power of two, at most `most`: none seen under less than FINEST by anybody in the box of viewers."""
+        camera = self.camera
+        center = camera.eye + camera.forward * (camera.hither + camera.yon) / 2
+        half = camera.texel(2)
+        beside = np.maximum(np.maximum(viewers[0] - center, center - viewers[1]), 0)
+        distance = np.linalg.norm(beside) - half
+        wanted = 2 * half / (FINEST * max(distance, 1e-9 * half))
+        return int(min(most, 2 ** np.ceil(np.log2(max(wanted, LEAST_TEXELS)))))
+
+    def rays(self, texels: int) -> Rays:
+        return self.camera.rays(texels)[0]
+
+    def depth(self, job: BakeJob, instance: Instance, texels: int) -> np.ndarray:
+        """(texels, texels) float32 q of the instance's nearest surface, NaN where it is not."""
+        rays, z_of = self.camera.rays(texels)
+        z = job.intersect(instance, rays) * z_of
+        q = np.where(np.isfinite(z), self.camera.normalised(np.where(np.isfinite(z), z, 1.0)), np.nan)
+        return np.clip(q, 0.0, 1.0).astype(np.float32).reshape(texels, texels)
