@@ -84,3 +84,6 @@ PEER_FURNACE = 0.03
 PEER_PIXELS = 0.03
 # popescu-2006 5.2, relative z error of the bunny by points per row: the paper's own figures, held over the depth range.
 SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
+# Depth maps in float32 against float64: rays within rounding of another row, turn or the object's outline. A map has 64 to
+# 256 rows of 3e-2 texels of rounding at most (SHORTEST's guard apart), each ray crosses one.
+DEPTH_BRINKS = 5e-3

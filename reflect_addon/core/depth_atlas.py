@@ -15,7 +15,6 @@ from .depth_fit import DepthView
 NEAR = 3.0
 # A segment that rises by more than this many texels of depth per texel is no surface: its camera saw it too slanted to
 # know it, or it is a band over the gap between two parts of the object. What another map sees is then not hidden by it.
-
 STEEP = 6.0
 # Rows of maps are stacked to this height, then beside each other: every graphics card holds images of this side.
 TALLEST = 8192

@@ -87,8 +87,11 @@ def _flat(job: BakeJob, instance: Instance, inside: bool) -> tuple[list[Quad], b
 
 
 def _encloses(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
+    """Whether the instance is around the reflector; what stands inside a mirror ring is not, though it holds its centre."""
     low, high = job.scene.bounds([instance])
-    return bool(np.all(low < point) and np.all(point < high))
+    low_own, high_own = job.scene.bounds([job.reflector])
+    larger = np.linalg.norm(high - low) > np.linalg.norm(high_own - low_own)
+    return bool(larger and np.all(low < point) and np.all(point < high))
 
 
 def trace(k, asset, ray) -> Hit:

@@ -18,8 +18,9 @@ from .. import billboard_kernel, depth_kernel, spaces, srdm, srdm_greedy, srdm_o
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import pack, table_rows
 from ..billboard_capture import capture
-from ..depth_atlas import fill_rows, pack_tables
+from ..depth_atlas import TALLEST, fill_rows, pack_tables
 from ..depth_choice import views_for
+from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
@@ -42,6 +43,7 @@ DEFAULTS = {
 
 def bake(job: BakeJob) -> Asset:
     """Quads for what is flat, depth maps for what is not, and the environment without either."""
+    _check(job.settings)
     quads, hidden = billboards.quads_for(job)
     flat = [q for q in quads if q.shared]
     volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared))
@@ -84,6 +86,17 @@ def bake(job: BakeJob) -> Asset:
         },
         settings=dict(job.settings),
     )
+
+
+def _check(settings: dict) -> None:
+    n, m = int(settings["turns"]), int(settings["points"])
+    if m < 2:
+        raise ReflectError(f"A row of a depth map cannot have {m} points.", "Give at least 2 points.")
+    if n * -(-m // 2) > TALLEST:
+        raise ReflectError(
+            f"Depth maps with {n} turns of {m} points are wider than graphics cards hold.",
+            f"Keep turns times points at {2 * TALLEST} or less.",
+        )
 
 
 def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
