@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from reflect_addon.core import metrics
+from reflect_addon.core.lamp_hits import with_lamps
 from reflect_addon.core.look import Look
 from reflect_addon.core.rays import Answer, Hits, RayMap, Rays
 from reflect_addon.evaluation import eye
@@ -15,6 +16,7 @@ from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.truth import lifted
 from reflect_addon.scene.bake import bake_assets, load_assets
 from reflect_addon.scene.camera import camera_of
+from reflect_addon.scene.intersect import intersector
 from reflect_addon.scene.look import read_look
 from reflect_addon.scene.raytrace import trace
 
@@ -67,6 +69,7 @@ def measure(
         ray_map = GpuBackend.ray_map(snapshot, camera)
         rays = lifted(ray_map, snapshot.diagonal())
         truth = trace(rays, samples=truth_samples, seed=1, scene=scene)
+        truth = with_lamps(truth, rays, snapshot, intersector(snapshot))
         look = read_look(scene)
         answers = {}
         bake_assets(snapshot, methods, folder, settings=settings, tracer=partial(trace, scene=scene))

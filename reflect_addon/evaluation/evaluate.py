@@ -16,6 +16,7 @@ from ..core import metrics
 from ..core.asset import asset_of
 from ..core.camera import Camera
 from ..core.errors import ReflectError
+from ..core.lamp_hits import with_lamps
 from ..core.look import Look
 from ..core.progress import Progress, teller
 from ..core.rays import RayMap, Rays
@@ -107,6 +108,7 @@ def evaluate(
 def judge(scene, snapshot, size, out, camera_name, samples, backend, say) -> Judged:
     """Ray map and truth of one frame."""
     from ..scene.camera import camera_of
+    from ..scene.intersect import intersector
     from ..scene.raytrace import primary, trace
 
     camera_object = named_camera(scene, camera_name)
@@ -126,6 +128,9 @@ def judge(scene, snapshot, size, out, camera_name, samples, backend, say) -> Jud
         lambda view, **more: primary(view, scene=scene, progress=_guard(say), **more),
         out / "truth" / f"{key}.npz",
     )
+    if snapshot.lamps:
+        rays = lifted(ray_map, diagonal)
+        truth = replace(truth, hits=with_lamps(truth.hits, rays, snapshot, intersector(snapshot)))
     look = read_look(scene)
     label = Path(bpy.data.filepath).stem or scene.name
     mask = ray_map.covered()
