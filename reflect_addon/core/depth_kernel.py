@@ -12,13 +12,15 @@ SHORTEST and the ray meets the segment above that point. Parallel to the image p
 camera, or beside it: clipped. In the surface: hit where it enters.
 
 Where we depart. A bounding sphere comes before the six planes, so that a ray that passes the object costs one fetch. The
-walk starts at the ray's end of the row and ends at the first hit; with more than LINEAR points it starts by bisection.
+walk starts at the ray's end of the row and ends at the first hit; with more than LINEAR points it starts by bisection. The
+hit on the poly-line is then moved onto the map itself (depth_refine.py; settings["refine"]).
 """
 
 import math
 
 from . import srdm
 from .billboard_atlas import ROW
+from .depth_refine import refined
 from .turns import cosine_and_sine, half_turns
 
 # Projections shorter than this, in texels, count as this long: below it u cannot be told apart in float32.
@@ -27,13 +29,18 @@ SHORTEST = 1e-3
 LINEAR = 16
 
 
-def nearest(k, asset, ray, start, before, first: int, last: int):
-    """(distance, row, u, v) of the nearest hit with maps in rows first..last-1, or `before` where that is nearer."""
+def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
+    """(distance, row, u, v) of the nearest hit with maps in rows first..last-1, or `before` where that is nearer.
+
+    search: how one map is searched, `along_row` by default (evaluation/epipolar.py has the march it is compared with)."""
     k.cite("popescu-2006 4.3: intersect r with every depth map")
     return k.loop(
         last - first,
         before,
-        lambda i, distance, row, u, v: (_meet(k, asset, ray, start, i + float(first), (distance, row, u, v)), None),
+        lambda i, distance, row, u, v: (
+            _meet(k, asset, ray, start, i + float(first), (distance, row, u, v), search or along_row),
+            None,
+        ),
     )
 
 
@@ -41,16 +48,16 @@ def _fetch(k, asset, field: str, row):
     return k.fetch(asset.images["billboard_buf"], float(ROW[field]), row)
 
 
-def _meet(k, asset, ray, start, i, before):
+def _meet(k, asset, ray, start, i, before, search):
     ball = k.name("ball", _fetch(k, asset, "ball", i))
     to = ball.xyz - start
     along = k.name("along", k.dot(to, ray.direction))
     beside = k.name("beside", to - ray.direction * along)
     may = (k.dot(beside, beside) < ball.w * ball.w) & (along + ball.w > 0.0) & (along - ball.w < before[0])
-    return k.branch(may, lambda: _within(k, asset, ray, start, i, before, along, ball.w), lambda: before)
+    return k.branch(may, lambda: _within(k, asset, ray, start, i, before, search, along, ball.w), lambda: before)
 
 
-def _within(k, asset, ray, start, i, before, along, radius):
+def _within(k, asset, ray, start, i, before, search, along, radius):
     """The ray has met the map's bounding sphere."""
     z_row, x_row, y_row = (_fetch(k, asset, name, i) for name in ("plane", "u", "v"))
     limits, place = k.name("limits", _fetch(k, asset, "limits", i)), _fetch(k, asset, "place", i)
@@ -69,10 +76,10 @@ def _within(k, asset, ray, start, i, before, along, radius):
         t0, t1 = _clip(k, a, b, t0, t1)
     t0, t1 = k.name("t0", t0), k.name("t1", t1)
 
-    def search():
+    def project_and_search():
         k.cite("popescu-2006 4.3 step 3: project the clipped ray onto the image plane")
         first, last = (_projected(k, (x0, y0, z0), (xd, yd, zd), t, place.z, limits) for t in (t0, t1))
-        found, s = _search(k, asset, i, place.z, limits.w, first, last)
+        found, s = search(k, asset, i, place, limits.w, first, last)
         k.cite("perspective: a share s of the image segment is the share s z0 / (s z0 + (1 - s) z1) of the ray's")
         za, zb = k.name("za", z0 + zd * t0), k.name("zb", z0 + zd * t1)
         near = s * za
@@ -81,7 +88,7 @@ def _within(k, asset, ray, start, i, before, along, radius):
         met = (t, i, (x0 + xd * t) * z, (y0 + yd * t) * z)
         return tuple(k.select(found, new, old) for new, old in zip(met, before, strict=True))
 
-    return k.branch(t0 < t1, search, lambda: before)
+    return k.branch(t0 < t1, project_and_search, lambda: before)
 
 
 def _clip(k, a, b, t0, t1):
@@ -99,8 +106,17 @@ def _projected(k, at, along, t, w, limits):
     return k.vec3(x * inverse * (0.5 * w), y * inverse * (0.5 * w), q)
 
 
-def _search(k, asset, i, w, steep, first, last):
-    """(bool, s): whether and where the projection from `first` to `last` (texels from the middle, q) meets the map."""
+def along_row(k, asset, i, place, steep, first, last):
+    """(bool, s): whether and where the projection from `first` to `last` (texels from the middle, q) meets map i."""
+    found, s, fall = _best_row(k, asset, i, place.z, steep, first, last)
+    if not asset.options["refine"]:
+        return found, s
+    step = last - first
+    return found, *k.branch(found, lambda: (refined(k, asset, place, steep, first, step, s, fall),), lambda: (s,))
+
+
+def _best_row(k, asset, i, w, steep, first, last):
+    """(bool, s, fall) by the poly-lines alone; fall: how fast the ray comes nearer to the segment it meets, q per s."""
     n, count = float(asset.options["turns"]), asset.options["row_texels"]
     step = last - first
     table = k.name("table", _fetch(k, asset, "table", i))
@@ -118,17 +134,17 @@ def _search(k, asset, i, w, steep, first, last):
         line = (u0, k.name("du", k.away_from_zero(along, SHORTEST)), first.z, step.z)
         return walk(k, asset, table.x + turn * float(count), table.y + row, along >= 0.0, line, steep)
 
-    found, s = look(best, 0.5)
+    found, s, fall = look(best, 0.5)
     if asset.options["rows"] == 1:
-        return found, s
+        return found, s, fall
     k.cite("popescu-2006 5.2: look up the two best rows; then the one that contains the projection where they are met")
     second = k.name("second_best", best + k.select(turns > best, 1.0, -1.0))
-    found, s = k.branch(found, lambda: (found, s), lambda: look(second, 0.5))
-    return k.branch(found, lambda: look(best, s), lambda: (found, s))
+    found, s, fall = k.branch(found, lambda: (found, s, fall), lambda: look(second, 0.5))
+    return k.branch(found, lambda: look(best, s), lambda: (found, s, fall))
 
 
 def walk(k, asset, x, y, forward, line, steep):
-    """(bool, s) of the first meeting of the ray with the poly-line whose texels start at (x, y).
+    """(bool, s, fall) of the first meeting of the ray with the poly-line whose texels start at (x, y).
 
     line: (u0, du, q0, dq), the ray is (u0 + s du, q0 + s dq) with s in 0..1; forward: du > 0. Points come two a texel; the
     walk goes with the ray, so the first meeting found is the first there is.
@@ -149,15 +165,15 @@ def walk(k, asset, x, y, forward, line, steep):
         begin, pu, pq = _bisect(k, count, forward, u0, pair)
     k.cite("popescu-2006 4.3 step 5: iterate over the segments of the poly-line")
 
-    def step(i, found, s, pu, pq):
+    def step(i, found, s, fall, pu, pq):
         a = pair(begin + i)
-        one, s_one = _segment(k, pu, pq, a.x, a.y, forward, line, steep)
-        two, s_two = _segment(k, a.x, a.y, a.z, a.w, forward, line, steep)
+        one, s_one, fall_one = _segment(k, pu, pq, a.x, a.y, forward, line, steep)
+        two, s_two, fall_two = _segment(k, a.x, a.y, a.z, a.w, forward, line, steep)
         past = k.select(forward, k.abs(a.z) - u_end, u_end - k.abs(a.z)) > 0.0
-        return (one | two, k.select(one, s_one, s_two), a.z, a.w), one | two | past
+        s, fall = k.select(one, s_one, s_two), k.select(one, fall_one, fall_two)
+        return (one | two, s, fall, a.z, a.w), one | two | past
 
-    found, s, _, _ = k.loop(count - begin, (False, 0.0, pu, pq), step)
-    return found, s
+    return k.loop(count - begin, (False, 0.0, 0.0, pu, pq), step)[:3]
 
 
 def _bisect(k, count: int, forward, u0, pair):
@@ -176,7 +192,7 @@ def _bisect(k, count: int, forward, u0, pair):
 
 
 def _segment(k, au, aq, bu, bq, forward, line, steep):
-    """(bool, s): the meeting from the front with the segment between two points, a before b on the ray's way.
+    """(bool, s, fall): the meeting from the front with the segment between two points, a before b on the ray's way.
 
     A negative u begins a span: nothing joins it to the point at its left (srdm.py). Nor is a rise of more than `steep` a
     surface: the camera did not see it well, or it is the jump from a near part of the object to a far one.
@@ -191,4 +207,4 @@ def _segment(k, au, aq, bu, bq, forward, line, steep):
     above = q0 - aq + slope * sa
     at_low, at_high = above + low * rise, above + high * rise
     met = joined & (low <= high) & (at_low >= 0.0) & (at_high <= 0.0) & (k.abs(bq - aq) <= steep * k.abs(bu - au))
-    return met, low + (high - low) * k.clamp(at_low / k.max(at_low - at_high, 1e-20), 0.0, 1.0)
+    return met, low + (high - low) * k.clamp(at_low / k.max(at_low - at_high, 1e-20), 0.0, 1.0), -rise

@@ -218,7 +218,7 @@ def test_flat_things_have_no_map():
 
 def test_half_size_tables(sphere_scene, rng):
     """u is a multiple of a half and so exact; q is off by a rounding: hits move by no more than that of the depth range."""
-    full, half = baked(sphere_scene), baked(sphere_scene, half=1)
+    full, half = baked(sphere_scene), baked(sphere_scene, half=True)
     assert full.images["srdm_buf"].nbytes == 2 * half.images["srdm_tx"].nbytes
     assert np.array_equal(full.images["srdm_buf"][..., 0::2], half.images["srdm_tx"][..., 0::2])
     assert np.abs(full.images["srdm_buf"][..., 1::2] - half.images["srdm_tx"][..., 1::2]).max() <= 2**-12

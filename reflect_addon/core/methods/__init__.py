@@ -71,6 +71,10 @@ def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]
             raise ReflectError(
                 f"{', '.join(wanted)} has no setting '{name}'.", f"There are: {', '.join(sorted(known)) or 'none'}."
             )
+        if isinstance(known[name], bool):
+            if not isinstance(value, bool):
+                raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give true or false.")
+            continue
         if isinstance(known[name], int) and (type(value) is not int or not 1 <= value <= 999999):
             raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a whole number from 1 to 999999.")
         if name in SIDES and (value & (value - 1) or not 4 <= value <= 8192):

@@ -36,8 +36,9 @@ DEFAULTS = {
     "turns": 60,  # n of the paper: 3 degrees
     "points": 16,  # m of the paper
     "rows": 1,  # 2: the two best rows, blended
-    "optimal": 0,  # 1: optimal poly-lines instead of greedy ones
-    "half": 0,  # 1: points as half floats
+    "optimal": False,  # optimal poly-lines instead of greedy ones
+    "half": False,  # points as half floats
+    "refine": True,  # from the poly-line to the map itself
 }
 
 
@@ -53,9 +54,11 @@ def bake(job: BakeJob) -> Asset:
     by_name = {i.name: i for i in job.scene.instances}
     tables, spheres = [], []
     for index, view in enumerate(views, len(flat)):
-        images[index] = continued(images[index])
         instance = by_name[view.instance]
-        tables.append(_table(job, view.depth(job, instance, len(images[index]))))
+        depth = view.depth(job, instance, len(images[index]))
+        tables.append(_table(job, depth))
+        images[index] = continued(images[index])
+        images[index][..., 3] = np.nan_to_num(depth, nan=-1.0)
         vertices = job.scene.world_positions(instance)
         middle = (vertices.min(0) + vertices.max(0)) / 2
         spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
@@ -83,6 +86,7 @@ def bake(job: BakeJob) -> Asset:
             "row_texels": -(-int(job.settings["points"]) // 2),
             "rows": int(job.settings["rows"]),
             "half": bool(job.settings["half"]),
+            "refine": bool(job.settings["refine"]),
         },
         settings=dict(job.settings),
     )
@@ -105,23 +109,23 @@ def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
     return srdm.packed(simplify(srdm.with_spans(srdm.rotated_rows(depth, n), m), m).reshape(n, len(depth), m, 2))
 
 
-def nearest(k, asset, ray, start):
-    """(distance, row, u, v) of the nearest quad or depth map that the ray meets."""
+def nearest(k, asset, ray, start, search=None):
+    """(distance, row, u, v) of the nearest quad or depth map that the ray meets. search: depth_kernel.nearest's."""
     found = (spaces.FAR, 0.0, 0.0, 0.0)
     count, maps = asset.options["count"], asset.options["maps"]
     if count:
         found = billboard_kernel.nearest(k, asset, ray, start)
     if maps:
-        found = depth_kernel.nearest(k, asset, ray, start, found, count, count + maps)
+        found = depth_kernel.nearest(k, asset, ray, start, found, count, count + maps, search)
     return found
 
 
-def trace(k, asset, ray) -> Hit:
-    """The nearest quad or depth map that the ray meets, else the environment."""
+def trace(k, asset, ray, search=None) -> Hit:
+    """The nearest quad or depth map that the ray meets, else the environment. search: depth_kernel.nearest's."""
     if not asset.options["count"] + asset.options["maps"]:
         return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
     start = k.name("start", ray.origin - asset.uniforms["center"])
-    distance, row, u, v = nearest(k, asset, ray, start)
+    distance, row, u, v = nearest(k, asset, ray, start, search)
 
     def impostor():
         k.cite("popescu-2006 4.3 step 6: look up the impostor's texture at the intersection point")
