@@ -22,7 +22,7 @@ from .billboard_fit import Quad
 #   limits: x = hither, y = yon, m; z = distance of the nearest hit that counts, m; w = rise in q per texel from which a
 #     segment counts as steep
 #   ball: centre and radius of a sphere around the object
-#   table: x, y = lowest left texel of its simplified rows
+#   table: xy = lowest left texel of its simplified rows in srdm_buf, zw = of its depths in depth_tx
 ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4, "limits": 5, "ball": 6, "table": 7}
 # Coarsest level: its smaller side still has this many texels.
 COARSEST = 4

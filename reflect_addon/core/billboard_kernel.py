@@ -30,9 +30,7 @@ def radiance(k, asset, ray, distance, row, u, v):
     place, detail = _fetch(k, asset, "place", row), _fetch(k, asset, "detail", row)
     level = _level(k, ray, distance, detail)
     texel = blend_levels(k, level, detail.x, lambda i: _sample(k, asset, place, i, u, v))
-    # An opaque block's alpha may hold something else (a depth map's depth).
-    alpha = k.select(detail.z > 0.5, 1.0, k.max(texel.w, LEAST_ALPHA))
-    return k.name("billboard_radiance", texel.xyz * (asset.uniforms["billboard_scale"] / alpha))
+    return k.name("billboard_radiance", texel.xyz * (asset.uniforms["billboard_scale"] / k.max(texel.w, LEAST_ALPHA)))
 
 
 def _meet(k, asset, ray, start, i, before):

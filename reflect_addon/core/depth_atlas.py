@@ -7,7 +7,6 @@ the asset's centre. Its colours are a block of `billboard_tx` as a quad's are.
 
 import numpy as np
 
-from . import srdm
 from .billboard_atlas import ROW, Placed
 from .depth_fit import DepthView
 
@@ -24,7 +23,7 @@ def fill_rows(
     rows: np.ndarray,  # (maps, len(ROW), 4), written
     views: list[DepthView],
     placed: list[Placed],
-    corners: list[tuple[int, int]],  # lowest left texel of each view's table
+    corners: list[tuple[int, int, int, int]],  # lowest left texels of each view's table and depths
     spheres: list[tuple[np.ndarray, float]],  # around each view's object: centre (3,) world, radius in m
     center: np.ndarray,  # (3,) world, what rows are relative to
 ) -> None:
@@ -41,21 +40,20 @@ def fill_rows(
         steep = STEEP * camera.texel(where.width) / (camera.yon - camera.hither)
         row[ROW["limits"]] = camera.hither, camera.yon, near, steep
         row[ROW["ball"]] = *(np.asarray(middle) - center), radius
-        row[ROW["table"], :2] = corner
+        row[ROW["table"]] = corner
 
 
-def pack_tables(tables: list[np.ndarray]) -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """((H, W, 4) float32, corner (x, y) of each table) from packed tables (w, n * row_texels, 4), all of one width."""
-    wide = tables[0].shape[1]
-    corners, x, y, tallest = [], 0, 0, 0
-    for table in tables:
-        if y and y + len(table) > TALLEST:
-            x, y = x + wide, 0
+def stacked(images: list[np.ndarray], fill: tuple[float, ...]) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """((H, W, 4) of the images' type, lowest left texel (x, y) of each), what is left over filled with `fill`."""
+    corners, x, y, wide, tall = [], 0, 0, 0, 0
+    for image in images:
+        h, w = image.shape[:2]
+        if y and y + h > TALLEST:
+            x, y, wide = x + wide, 0, 0
         corners.append((x, y))
-        y += len(table)
-        tallest = max(tallest, y)
-    image = np.zeros((tallest, x + wide, 4), np.float32)
-    image[..., 0] = image[..., 2] = -srdm.FILL
-    for (x, y), table in zip(corners, tables, strict=True):
-        image[y : y + len(table), x : x + wide] = table
-    return image, corners
+        y, wide, tall = y + h, max(wide, w), max(tall, y + h)
+    out = np.empty((tall, x + wide, 4), images[0].dtype)
+    out[:] = fill
+    for (x, y), image in zip(corners, images, strict=True):
+        out[y : y + image.shape[0], x : x + image.shape[1]] = image
+    return out, corners

@@ -44,12 +44,13 @@ def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
     )
 
 
-def _fetch(k, asset, field: str, row):
+def fetch_row(k, asset, field: str, row):
+    """vec4: a column (billboard_atlas.ROW) of a map's row."""
     return k.fetch(asset.images["billboard_buf"], float(ROW[field]), row)
 
 
 def _meet(k, asset, ray, start, i, before, search):
-    ball = k.name("ball", _fetch(k, asset, "ball", i))
+    ball = k.name("ball", fetch_row(k, asset, "ball", i))
     to = ball.xyz - start
     along = k.name("along", k.dot(to, ray.direction))
     beside = k.name("beside", to - ray.direction * along)
@@ -59,8 +60,8 @@ def _meet(k, asset, ray, start, i, before, search):
 
 def _within(k, asset, ray, start, i, before, search, along, radius):
     """The ray has met the map's bounding sphere."""
-    z_row, x_row, y_row = (_fetch(k, asset, name, i) for name in ("plane", "u", "v"))
-    limits, place = k.name("limits", _fetch(k, asset, "limits", i)), _fetch(k, asset, "place", i)
+    z_row, x_row, y_row = (fetch_row(k, asset, name, i) for name in ("plane", "u", "v"))
+    limits, place = k.name("limits", fetch_row(k, asset, "limits", i)), fetch_row(k, asset, "place", i)
     z0, x0, y0 = (k.dot(start, r.xyz) + r.w for r in (z_row, x_row, y_row))
     zd, xd, yd = (k.dot(ray.direction, r.xyz) for r in (z_row, x_row, y_row))
     k.cite("popescu-2006 4.3 step 2: clip r with the six planes of the frustum, in homogeneous coordinates")
@@ -112,14 +113,15 @@ def along_row(k, asset, i, place, steep, first, last):
     if not asset.options["refine"]:
         return found, s
     step = last - first
-    return found, *k.branch(found, lambda: (refined(k, asset, place, steep, first, step, s, fall),), lambda: (s,))
+    corner = fetch_row(k, asset, "table", i).zw
+    return found, refined(k, asset, corner, place.z, steep, first, step, found, s, fall)
 
 
 def _best_row(k, asset, i, w, steep, first, last):
     """(bool, s, fall) by the poly-lines alone; fall: how fast the ray comes nearer to the segment it meets, q per s."""
     n, count = float(asset.options["turns"]), asset.options["row_texels"]
     step = last - first
-    table = k.name("table", _fetch(k, asset, "table", i))
+    table = k.name("table", fetch_row(k, asset, "table", i))
     turns = k.name("turns", half_turns(k, step.x, step.y) * n)
     best = k.name("best", k.floor(turns + 0.5))
 

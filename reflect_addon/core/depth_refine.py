@@ -2,56 +2,79 @@
 
 Problem. With m = 8 points a row is off by one per cent of the object's depth, several texels.
 Idea. The poly-line says where to look, so a few texels decide. One step of Newton's method with the segment's own slope; a
-walk from texel to texel until the ray has crossed the map, at most REACH of them; one more step on the bilinear map.
-The map's q is the alpha of the colours' block, so this reads an image that is bound anyway. Eight points a row are then
-nearer to the map than a march over every texel.
+walk from texel to texel until the ray has crossed the map, at most REACH of them; the secant between the last two.
+
+The map, `depth_tx`, holds in one texel the four depths around a corner of the depth map, so one fetch is a bilinear look-up:
+channels xyzw are those at the corner's lower left, lower right, upper left, upper right. The four are blended where they are
+one surface, else the nearest counts. Eight points a row are then nearer to the map than a march over every texel.
 """
+
+import numpy as np
 
 # Texels from the poly-line's hit in which the map's is looked for: beyond, it is another surface's.
 REACH = 8
 # Texels of depth between two neighbours, over `steep`, up to which they are one surface: they may lie diagonally.
 DIAGONAL = 1.5
+# Depth of what is not there: below every q.
+NOTHING = -1.0
 
 
-def refined(k, asset, place, steep, first, step, s, fall):
-    """s in 0..1 where the projection first + step s meets the map, near the given s.
+def corners_of(depth: np.ndarray) -> np.ndarray:
+    """(w + 1, w + 1, 4) float16 of a depth map (w, w), NaN where nothing is: texel (x, y) is the corner left below (x, y)."""
+    q = np.pad(np.nan_to_num(depth, nan=NOTHING), 1, constant_values=NOTHING)
+    return np.stack([q[:-1, :-1], q[:-1, 1:], q[1:, :-1], q[1:, 1:]], -1).astype(np.float16)
 
-    place: the map's block; fall: how fast the ray comes nearer to the poly-line there, q per s; first, step: vec3, x and y
-    in texels from the map's middle, q.
+
+def map_at(k, asset, corner, at, steep):
+    """The map's q at texel coordinates `at` (vec2, from the map's lower left); below 0 where there is nothing.
+
+    corner: vec2, where the map lies in depth_tx."""
+    x, y = at.x + 0.5, at.y + 0.5
+    left, low = k.floor(x), k.floor(y)
+    four = k.name("four", k.fetch(asset.images["depth_tx"], corner.x + left, corner.y + low))
+    fx, fy = x - left, y - low
+    lower, upper = k.mix(four.x, four.y, fx), k.mix(four.z, four.w, fx)
+    least, most = (op(op(four.x, four.y), op(four.z, four.w)) for op in (k.min, k.max))
+    nearest = k.select(fy < 0.5, k.select(fx < 0.5, four.x, four.y), k.select(fx < 0.5, four.z, four.w))
+    one_surface = (least >= 0.0) & (most - least <= DIAGONAL * steep)
+    return k.name("map_q", k.select(one_surface, k.mix(lower, upper, fy), nearest))
+
+
+def texel_at(k, asset, corner, at):
+    """The q of the one texel that `at` lies in; see map_at."""
+    return k.fetch(asset.images["depth_tx"], corner.x + k.floor(at.x), corner.y + k.floor(at.y)).w
+
+
+def refined(k, asset, corner, w, steep, first, step, found, s, fall):
+    """s in 0..1 where the projection first + step s meets the map, near the given s, for rays that `found` something.
+
+    corner: the map's place in depth_tx; w: its side in texels; fall: how fast the ray comes nearer to the poly-line there, q
+    per s; first, step: vec3, x and y in texels from the map's middle, q.
     """
-    image = asset.images["billboard_tx"]
-    x0, y0 = place.x + 0.5 * place.z, place.y + 0.5 * place.z
     texel = k.name("one_texel", 1.0 / k.max(k.max(k.abs(step.x), k.abs(step.y)), 1.0))
 
-    def map_at(s):
-        """(height of the ray above the map, the map's q: below 0 where there is nothing)."""
+    def look(s):
+        """(height of the ray above the map, the map's q)."""
         at = first + step * s
-        q = k.fetch(image, x0 + at.x, y0 + at.y).w
+        q = map_at(k, asset, corner, at.xy + 0.5 * w, steep)
         return at.z - q, q
 
-    def newton(s, above, q, most):
-        moved = k.clamp(above / k.max(fall, 1e-20), -most * texel, most * texel)
-        return k.select(q >= 0.0, k.clamp(s + moved, 0.0, 1.0), s)
-
     k.cite("from the poly-line to the depth map: one step of Newton's method ...")
-    s = k.name("newton", newton(s, *map_at(s), float(REACH)))
-    k.cite("... then texel by texel until the ray has crossed the map")
-    above, q = map_at(s)
+    above, q = look(s)
+    moved = k.clamp(above / k.max(fall, 1e-20), -REACH * texel, REACH * texel)
+    s = k.name("newton", k.select(q >= 0.0, k.clamp(s + moved, 0.0, 1.0), s))
+    k.cite("... then texel by texel until the ray has crossed the map, and between the two by the secant")
+    above, q = look(s)
     way = k.name("way", k.select(above >= 0.0, texel, -texel))
 
     def walk(_, crossed, best, s, above, q):
         t = s + way
-        now, other = map_at(t)
+        now, other = look(t)
         solid = (other >= 0.0) & (t >= 0.0) & (t <= 1.0) & (k.abs(other - q) <= DIAGONAL * steep)
         crossed = solid & (now * above <= 0.0)
         share = k.clamp(above / k.away_from_zero(above - now, 1e-20), 0.0, 1.0)
         return (crossed, k.select(crossed, s + way * share, best), t, now, other), crossed | ~solid
 
-    walked = k.loop(REACH, (False, s, s, above, q), walk)[1]
-    s = k.name("walked", k.select(q >= 0.0, walked, s))
-    k.cite("... and a step on the bilinear map, where its four texels are one surface")
-    at = first + step * s
-    nearest = k.fetch(image, x0 + at.x, y0 + at.y).w
-    smooth = k.sample(image, x0 + at.x, y0 + at.y).w
-    smooth = k.select(k.abs(smooth - nearest) <= steep, smooth, nearest)
-    return newton(s, at.z - smooth, nearest, 1.0)
+    # A count that is known only per ray: compilers unroll others, and a walk that is unrolled cannot end early.
+    walked = k.loop(k.select(found, float(REACH), 0.0), (False, s, s, above, q), walk)[1]
+    return k.name("walked", k.select(q >= 0.0, walked, s))

@@ -5,6 +5,8 @@ warping [McM97]." One step a texel, the same asset, clip and projection, the sam
 is interpolated between the two texels around it. No method: only the bench compares with it.
 """
 
+from ..core import depth_kernel
+from ..core.depth_refine import texel_at
 from ..core.kernel import Hit
 from ..core.methods import depth_maps
 
@@ -16,14 +18,13 @@ def trace(k, asset, ray) -> Hit:
 
 def march(k, asset, i, place, steep, first, last):
     """depth_kernel's search: (bool, s)."""
-    image, step = asset.images["billboard_tx"], last - first
-    middle = 0.5 * place.z
+    corner, step = depth_kernel.fetch_row(k, asset, "table", i).zw, last - first
     count = k.name("texels", k.ceil(k.max(k.max(k.abs(step.x), k.abs(step.y)), 1.0)))
 
     def depth_below(s):
         """(how far the ray is above the map, the map's q; below -0.5 where there is nothing)."""
         at = first + step * s
-        stored = k.fetch(image, place.x + middle + at.x, place.y + middle + at.y).w
+        stored = texel_at(k, asset, corner, at.xy + 0.5 * place.z)
         return at.z - stored, stored
 
     def look(j, found, hit, above, stored):

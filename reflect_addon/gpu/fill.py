@@ -16,6 +16,7 @@ from .device import ensure, max_texture_side
 from .program import ProgramInfo, call_text, program
 from .state import drawing_state
 from .targets import ReflectionTarget
+from .timing import Work
 from .upload import read_texture, texture_from, triangle_batch
 
 _RAY = {"origin": "origin.xyz", "direction": "direction.xyz", "width": "width", "spread": "direction.w"}
@@ -98,40 +99,69 @@ class Fill:
         self.counts.passes += 1
 
 
-def trace_rays(
-    asset: Asset, kernel: Callable, rays: Rays, width, spread, counts: Counts | None = None, half: bool = False
-) -> Answer:
-    """The kernel's answer to any rays, through the fill shader; fields of the answer are (N, ...). width, spread: (N,) or numbers.
+class RayBundle:
+    """Any rays, uploaded once, to be answered by kernels through the fill shader. width, spread: (N,) or numbers.
 
     Radiance is kept in float32 unless `half` asks for the viewport's RGBA16F, whose rounding alone is 5e-4.
     """
-    counts = counts or Counts()
-    gpu = ensure()
-    count = len(rays)
-    side = min(1024, max_texture_side())
-    rows = max(-(-count // side), 1)
 
-    def image(vectors, last):
-        out = np.zeros((rows * side, 4), np.float32)
-        out[:, 3] = last if np.ndim(last) == 0 else 0
-        out[:count, :3] = vectors
-        out[:count, 3] = last
-        return out.reshape(rows, side, 4)
+    def __init__(self, rays: Rays, width=0.0, spread=0.0, counts: Counts | None = None, half: bool = False):
+        self.counts, self.count = counts or Counts(), len(rays)
+        self._gpu = ensure()
+        side = min(1024, max_texture_side())
+        rows = max(-(-self.count // side), 1)
 
-    # The pixels after the last ray belong to reflector 0 too; their rays are null and their answers are dropped.
-    ray_textures = [
-        texture_from(name, pixels, counts, "RGBA32F")
-        for name, pixels in (
-            ("rays origin", image(rays.origin, 0.0)),
-            ("rays direction", image(rays.direction, spread)),
-            ("rays normal", image(np.zeros((count, 3)), width)),
-        )
-    ]
-    with drawing_state():
-        fill = Fill(asset, kernel, True, TextureCache(counts))
-        target = ReflectionTarget(side, rows, True, counts, "RGBA16F" if half else "RGBA32F")
-        target.clear()
-        fill.draw(gpu, triangle_batch(), ray_textures, target, 0, 0)
-        radiance = read_texture(target.radiance_tx, counts).reshape(-1, 4)[:count]
-        position = read_texture(target.position_tx, counts).reshape(-1, 4)[:count]
-    return Answer(radiance[:, :3].copy(), radiance[:, 3].copy(), position[:, :3].copy(), position[:, 3].copy())
+        def image(vectors, last):
+            out = np.zeros((rows * side, 4), np.float32)
+            out[:, 3] = last if np.ndim(last) == 0 else 0
+            out[: self.count, :3] = vectors
+            out[: self.count, 3] = last
+            return out.reshape(rows, side, 4)
+
+        # The pixels after the last ray belong to reflector 0 too; their rays are null and their answers are dropped.
+        self._textures = [
+            texture_from(name, pixels, self.counts, "RGBA32F")
+            for name, pixels in (
+                ("rays origin", image(rays.origin, 0.0)),
+                ("rays direction", image(rays.direction, spread)),
+                ("rays normal", image(np.zeros((self.count, 3)), width)),
+            )
+        ]
+        self._target = ReflectionTarget(side, rows, True, self.counts, "RGBA16F" if half else "RGBA32F")
+        self._batch = triangle_batch()
+
+    def answer(self, asset: Asset, kernel: Callable) -> Answer:
+        """The kernel's answer; fields are (N, ...)."""
+        with drawing_state():
+            self._target.clear()
+            self._fill(asset, kernel).draw(self._gpu, self._batch, self._textures, self._target, 0, 0)
+            radiance = self._read(self._target.radiance_tx)
+            position = self._read(self._target.position_tx)
+        return Answer(radiance[:, :3].copy(), radiance[:, 3].copy(), position[:, :3].copy(), position[:, 3].copy())
+
+    def work(self, asset: Asset, kernel: Callable) -> Work:
+        """One pass over all rays, for timing.py: the search itself, without ray map and resolve."""
+        fill = self._fill(asset, kernel)
+
+        def submit():
+            with drawing_state():
+                fill.draw(self._gpu, self._batch, self._textures, self._target, 0, 0)
+
+        def finish():
+            with self._target.framebuffer.bind():
+                self._target.framebuffer.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+
+        return Work(submit, finish)
+
+    def _fill(self, asset: Asset, kernel: Callable) -> Fill:
+        return Fill(asset, kernel, True, TextureCache(self.counts))
+
+    def _read(self, texture) -> np.ndarray:
+        return read_texture(texture, self.counts).reshape(-1, 4)[: self.count]
+
+
+def trace_rays(
+    asset: Asset, kernel: Callable, rays: Rays, width, spread, counts: Counts | None = None, half: bool = False
+) -> Answer:
+    """The kernel's answer to any rays, through the fill shader; see RayBundle."""
+    return RayBundle(rays, width, spread, counts, half).answer(asset, kernel)

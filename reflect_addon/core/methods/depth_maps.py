@@ -18,8 +18,9 @@ from .. import billboard_kernel, depth_kernel, spaces, srdm, srdm_greedy, srdm_o
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import pack, table_rows
 from ..billboard_capture import capture
-from ..depth_atlas import TALLEST, fill_rows, pack_tables
+from ..depth_atlas import TALLEST, fill_rows, stacked
 from ..depth_choice import views_for
+from ..depth_refine import NOTHING, corners_of
 from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
@@ -52,13 +53,13 @@ def bake(job: BakeJob) -> Asset:
     backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
     images = capture(job, [*flat, *views])
     by_name = {i.name: i for i in job.scene.instances}
-    tables, spheres = [], []
+    tables, depths, spheres = [], [], []
     for index, view in enumerate(views, len(flat)):
         instance = by_name[view.instance]
         depth = view.depth(job, instance, len(images[index]))
         tables.append(_table(job, depth))
+        depths.append(corners_of(depth))
         images[index] = continued(images[index])
-        images[index][..., 3] = np.nan_to_num(depth, nan=-1.0)
         vertices = job.scene.world_positions(instance)
         middle = (vertices.min(0) + vertices.max(0)) / 2
         spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
@@ -70,9 +71,11 @@ def bake(job: BakeJob) -> Asset:
     rows = table_rows(flat, placed[: len(flat)], opaque[: len(flat)], center, count=len(images))
     depth_images = {}
     if views:
-        image, corners = pack_tables(tables)
-        fill_rows(rows[len(flat) :], views, placed[len(flat) :], corners, spheres, center)
+        image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
         depth_images = {"srdm_tx": image.astype(np.float16)} if job.settings["half"] else {"srdm_buf": image}
+        depth_images["depth_tx"], depth_at = stacked(depths, (NOTHING,) * 4)
+        corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]
+        fill_rows(rows[len(flat) :], views, placed[len(flat) :], corners, spheres, center)
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
