@@ -4,7 +4,6 @@ What is visible is uploaded and compiled when it is first seen; `prepare` does i
 after that uploads and compiles nothing.
 """
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,7 +13,7 @@ from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
-from ..core.snapshot import Mesh, SceneSnapshot
+from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .device import ensure
 from .fill import Fill, TextureCache
@@ -89,7 +88,7 @@ class Renderer:
         in_use: dict[str, MeshBuffer] = {}
         by_index: dict[int, MeshBuffer] = {}
         for index in {i.mesh for i in snapshot.instances}:
-            key = _mesh_key(snapshot.meshes[index])
+            key = snapshot.meshes[index].key
             buffer = in_use.get(key) or self._meshes.get(key)
             if buffer is None:
                 buffer = MeshBuffer(snapshot.meshes[index], self._counts)
@@ -268,10 +267,3 @@ class Renderer:
         self._rays = self._raymap = self._materials = self._look = self._resolve = None
         self._textures.keep_only(())
 
-
-def _mesh_key(mesh: Mesh) -> str:
-    digest = hashlib.sha1(usedforsecurity=False)
-    for array in (mesh.positions, mesh.triangles, mesh.corner_normals, mesh.material_index):
-        digest.update(repr((array.shape, array.dtype.str)).encode())
-        digest.update(np.ascontiguousarray(array))
-    return digest.hexdigest()

@@ -23,6 +23,7 @@ from ..billboard_capture import capture
 from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..flat_parts import contains
 from ..kernel import Hit
+from ..remake import parts_of
 from ..snapshot import Instance, corners_of
 from . import environment
 from ..job import BakeJob
@@ -46,8 +47,11 @@ def bake(job: BakeJob) -> Asset:
         reflector=job.reflector.name,
         images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows},
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
-        options={"count": len(quads), "contours": not all(opaque)},
+        # A volume that moves may get a contour that it had not.
+        options={"count": len(quads), "contours": not all(q.shared and o for q, o in zip(quads, opaque, strict=True))},
         settings=dict(job.settings),
+        parts=parts_of(job.scene, job.reflector, [(q.instance, "flat" if q.shared else "volume") for q in quads]),
+        light_hash=job.scene.light_hash,
     )
 
 
