@@ -84,3 +84,8 @@ PEER_FURNACE = 0.03
 PEER_PIXELS = 0.03
 # popescu-2006 5.2, relative z error of the bunny by points per row: the paper's own figures, held over the depth range.
 SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
+# gpu/capture.py: a rasteriser and a ray may call a texel whose centre is on the contour differently; none other.
+CAPTURE_CONTOUR = 5e-3
+# ... (median, 95 %) relative: what surfaces were refined to (2 %), plus at the rim what lies between a texel and its
+# neighbours on a surface that turns away.
+CAPTURE_RADIANCE = (0.01, 0.03)

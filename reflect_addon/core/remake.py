@@ -94,6 +94,11 @@ def remake_set(asset: Asset, scene: SceneSnapshot) -> Remake:
     return Remake(tuple(found["remake"]), tuple(found["move"]), tuple(found["gone"]))
 
 
+def same_triangles(one: str, other: str) -> bool:
+    """Whether two Mesh.keys are of as many triangles: one may be the other deformed."""
+    return one.partition("-")[0] == other.partition("-")[0]
+
+
 def same_place(part: Part, instance: Instance) -> bool:
     """Whether the instance is where it was when the part was made."""
     before, now = part.matrix(), np.asarray(instance.world_from_object, np.float64)

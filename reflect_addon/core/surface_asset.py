@@ -34,14 +34,17 @@ class SurfaceMesh:
     face: np.ndarray  # (V,) int32: triangle of the instance's own mesh ...
     weights: np.ndarray  # (V, 3) float32: ... where in it, barycentric ...
     side: np.ndarray  # (V,) float32: ... and on which side of it, 1 or -1
-    faces: int  # how many triangles that mesh had
+    faces: int  # how many triangles that mesh had ...
+    mesh: str  # ... and its Mesh.key
 
     def on(self, mesh: Mesh) -> "SurfaceMesh | None":
         """The same radiance on the deformed mesh; None when that one has another number of triangles."""
+        if mesh.key == self.mesh:
+            return self
         if len(mesh.triangles) != self.faces:
             return None
         positions, normals = on_faces(mesh, self.face, self.weights, self.side)
-        return replace(self, positions=positions, normals=normals)
+        return replace(self, positions=positions, normals=normals, mesh=mesh.key)
 
     def bytes(self) -> int:
         """On the GPU: three corners a triangle, nine floats each."""
@@ -98,12 +101,12 @@ def meshes_of(asset: Asset) -> dict[str, SurfaceMesh]:
         vertices = asset.images["surface_vertices_buf"].reshape(-1, VERTEX_TEXELS, 4)
         triangles = asset.images["surface_triangles_buf"].reshape(-1, 4)
         rows = asset.images["surface_instances_buf"]
-        return {part.instance: _mesh(rows[part.row], vertices, triangles) for part in asset.parts}
+        return {part.instance: _mesh(rows[part.row], vertices, triangles, part.mesh) for part in asset.parts}
     except (KeyError, ValueError, IndexError) as error:
         raise ReflectError(f"The asset {KIND} is damaged: {error}.", "Bake it again.") from error
 
 
-def _mesh(row: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> SurfaceMesh:
+def _mesh(row: np.ndarray, vertices: np.ndarray, triangles: np.ndarray, key: str) -> SurfaceMesh:
     (first, count, first_triangle, triangle_count), faces = row[0].astype(int), int(row[1, 0])
     table = vertices[first : first + count]
     corners = triangles[first_triangle : first_triangle + triangle_count, :3].astype(np.int32)
@@ -113,7 +116,7 @@ def _mesh(row: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> Surfa
     ):
         raise ValueError("its numbers point outside its tables")
     weights = np.column_stack([weights, 1 - weights.sum(1)])  # exact: halves of halves
-    return SurfaceMesh(table[:, 0, :3], table[:, 1, :3], table[:, 2, :3], corners, face, weights, side, faces)
+    return SurfaceMesh(table[:, 0, :3], table[:, 1, :3], table[:, 2, :3], corners, face, weights, side, faces, key)
 
 
 def _in_rows(items: np.ndarray) -> np.ndarray:

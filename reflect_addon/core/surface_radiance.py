@@ -120,5 +120,5 @@ def _mesh_of(scene: SceneSnapshot, instance: Instance, soup: Soup, values: np.nd
     radiance = np.nan_to_num(values[samples], nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
     return SurfaceMesh(
         positions, normals, radiance, triangles, face.astype(np.int32), weights.astype(np.float32),
-        side.astype(np.float32), len(mesh.triangles),
+        side.astype(np.float32), len(mesh.triangles), mesh.key,
     )  # fmt: skip
