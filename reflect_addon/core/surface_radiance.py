@@ -23,9 +23,9 @@ from .surface_refine import Ask, Soup, refine
 
 # surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
 # paths for each traced point.
-DEFAULTS = {"surface_tolerance": 0.05, "surface_levels": 5, "surface_samples": 32}
-# No edge is made shorter than this share of its object's size: a texel of a billboard with 128.
-FINEST = 1 / 128
+DEFAULTS = {"surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16}
+# No edge below this share of its object's size is split: four texels of a billboard with 128, and interpolation between.
+FINEST = 1 / 32
 # Points that are traced twice. Nine in ten of their differences are below 2.3 sigma where noise is normal; twice that is
 # 3.8 times the standard deviation of a question's difference to what its neighbours say: one false split in ten thousand.
 TWICE = 256

@@ -21,7 +21,7 @@ import numpy as np
 # Questions inside a triangle stand this many to a side at most ...
 MOST_INSIDE = 16
 # ... and as densely as this share of the owner's size, so that a spot in the middle of a large floor is found.
-APART = 1 / 24
+APART = 1 / 12
 # Differences are judged relative to the radiance there, but not to less than this share of the owner's mean.
 DARK = 0.1
 
@@ -138,11 +138,11 @@ def _edges(soup: Soup, active: np.ndarray) -> _Edges:
 
 
 def _inside(soup: Soup, active: np.ndarray) -> _Inside:
-    """A triangular grid of questions inside each active triangle, as many as its size asks for."""
+    """A triangular grid of questions inside each active triangle, as many as its size asks for: none in small ones, whose
+    edges are asked anyway."""
     chosen = np.flatnonzero(active)
-    longest = _longest(soup)[chosen]
-    apart = APART * _sizes(soup)[soup.owner[chosen]]
-    count = np.clip(np.ceil(longest / np.maximum(apart, 1e-300)), 1, MOST_INSIDE).astype(int)
+    count = _longest(soup)[chosen] / np.maximum(APART * _sizes(soup)[soup.owner[chosen]], 1e-300)
+    chosen, count = chosen[count > 1], np.minimum(np.ceil(count[count > 1]), MOST_INSIDE).astype(int)
     points, triangles, weights = [np.zeros((0, 3))], [np.zeros(0, int)], [np.zeros((0, 3))]
     for n in np.unique(count):
         i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")

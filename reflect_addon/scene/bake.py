@@ -157,7 +157,8 @@ def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, ob
 
 
 def inputs_hash(scene: SceneSnapshot, kind: str, reflector: Instance, settings: dict) -> str:
-    """sha256 over everything that the content of an asset depends on."""
+    """sha256 over everything that the content of an asset depends on. (`live` adds surfaces beside it and changes nothing.)"""
+    settings = {name: value for name, value in settings.items() if name != "live"}
     parts = [scene.geometry_hash, kind, reflector.name, json.dumps(settings, sort_keys=True, default=str)]
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
 

@@ -31,7 +31,7 @@ from ..job import BakeJob
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
-DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": True}
+DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False}
 
 def bake(job: BakeJob) -> Asset:
     """Quads for every other object, their texels in one bundle, and the environment without those objects."""
