@@ -59,8 +59,12 @@ def can_follow(asset: Asset) -> bool:
     table, rows = asset.images.get("billboard_buf"), [p.row for p in asset.parts if p.kind in KINDS]
     reflectors = [p for p in asset.parts if p.kind == REFLECTOR]
     return bool(
-        table is not None and "billboard_tx" in asset.images and rows and len(reflectors) == 1 and max(rows) < len(table)
-    )  # fmt: skip
+        table is not None
+        and "billboard_tx" in asset.images
+        and rows
+        and len(reflectors) == 1
+        and 0 <= min(rows) <= max(rows) < len(table)
+    )
 
 
 def start(asset: Asset, scene: SceneSnapshot) -> State:

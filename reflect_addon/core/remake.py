@@ -80,8 +80,8 @@ def remake_set(asset: Asset, scene: SceneSnapshot) -> Remake:
     viewer_deforms = viewer is not None and _deformed(own, viewer, scene)
     relit = asset.light_hash != scene.light_hash
     for part in asset.parts:
-        if part.kind == REFLECTOR:
-            continue
+        if part.kind not in RULES:
+            continue  # the reflector; a kind of another version
         rule, instance = RULES[part.kind], named.get(part.instance)
         if instance is None:
             found["gone"].append(part)
@@ -121,6 +121,6 @@ def is_rigid(world_from_world: np.ndarray) -> bool:
 
 
 def _deformed(part: Part, instance: Instance, scene: SceneSnapshot) -> bool:
-    if scene.meshes[instance.mesh].key != part.mesh:
+    if scene.meshes[instance.mesh].key != part.mesh or np.linalg.det(part.matrix()) == 0:
         return True
     return not same_place(part, instance) and not is_rigid(motion(part, instance))

@@ -113,6 +113,49 @@ def test_light_has_a_key_of_its_own(stage):
     assert not key()
 
 
+def test_an_object_moved_in_blender_is_followed(stage, tmp_path, device):
+    """The whole way: a bake by Cycles, Blender's depsgraph, a session, the GPU; then a bake of the moved scene beside it."""
+    from reflect_addon.core import methods, spaces
+    from reflect_addon.core.kernel import record, run_numpy
+    from reflect_addon.core.look import Look
+    from reflect_addon.core.rays import Rays
+    from reflect_addon.gpu.session import ViewportSession
+    from reflect_addon.scene.bake import bake_assets, load_assets
+
+    settings = {**SETTINGS, **SURFACES, "live": True, "texels": 32}
+    before = snapshot(stage)
+    bake_assets(before, ["billboards"], tmp_path / "before", settings=settings)
+    assets = load_assets(before, "billboards", tmp_path / "before")
+    view = ViewportSession(lambda: snapshot(stage), lambda last: last or Look())
+    surfaces = load_asset(tmp_path / "before" / "surface_radiance-all")
+    view.set_assets("billboards", assets, surfaces)
+    view.refresh()
+    renderer = view.current_renderer()
+    try:
+        assert renderer.counts()["captures"] == 0, "the bake's scene and the window's are the same"
+        stage.data.objects["Red"].location = (1.0, 0.9, 0.5)
+        stage.context.view_layer.update()
+        view.set_assets("billboards", assets, surfaces)
+        assert view.refresh() and view.current_renderer() is renderer
+        assert renderer.counts()["captures"] == 2 and renderer.followed.stale == ()
+        shown = renderer.asset_shown(assets["Mirror"])
+    finally:
+        view.free()
+    after = snapshot(stage)
+    bake_assets(after, ["billboards"], tmp_path / "after", settings={**settings, "live": False})
+    fresh = load_assets(after, "billboards", tmp_path / "after")["Mirror"]
+    way = np.random.default_rng(1).normal(size=(20_000, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    rays = Rays((0.5 * way).astype("f"), way.astype("f"))
+
+    def red(asset):
+        found = run_numpy(record(methods.get("billboards").trace, asset), asset, rays)
+        return (found.status == spaces.STATUS_HIT) & (found.radiance[:, 0] > 0.5)
+
+    truth, now, old = red(fresh), red(shown), red(assets["Mirror"])
+    assert truth.sum() > 100 and (truth & now).sum() > 0.95 * (truth | now).sum() and (truth & old).sum() < 0.5 * truth.sum()
+
+
 def test_the_window_loads_surfaces_and_hands_them_over(stage, tmp_path):
     from reflect_addon.scene import live
     from reflect_addon.scene.bake import bake_assets

@@ -163,6 +163,15 @@ def test_maps_are_only_placed_anew(scene, rng, kind):
     assert remake_set(asset, change(scene, "Torus", mesh=bent)).remade == asset.parts[1:]
 
 
+def test_impossible_parts_do_no_harm(assets, scene):
+    """Whatever asset.json may say within its rules: a place of zeros, a kind of another version."""
+    asset = assets["Mirror"]
+    own, first, *rest = asset.parts
+    odd = replace(asset, parts=(own, replace(first, world_from_object=(0.0,) * 16), *(replace(p, kind="cloud") for p in rest)))
+    found = remake_set(odd, scene)
+    assert [p.row for p in found.remade] == [first.row] and not found.moved and not found.gone
+
+
 def test_an_asset_without_parts_knows_nothing(scene):
     found = remake_set(Asset("billboards", "Mirror", {}), scene)
     assert not (found.remade or found.moved or found.gone)

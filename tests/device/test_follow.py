@@ -179,6 +179,28 @@ def test_assets_without_parts_stay(shown, baked):
     assert shown(change(SCENE, "Torus", step(0.2)), assets=plain)["captures"] == 0
 
 
+@pytest.mark.parametrize("row", [-1, 99])
+def test_rows_that_are_not_there_are_not_followed(shown, baked, row):
+    assets = {n: replace(a, parts=(a.parts[0], replace(a.parts[1], row=row))) for n, a in baked[0].items()}
+    shown(SCENE, assets=assets)
+    cost = shown(change(SCENE, "Torus", step(0.2)), assets=assets)
+    assert (cost["captures"], cost["uploads"]) == (0, 0)
+
+
+def test_a_thousand_small_steps_add_up_to_none(shown):
+    """Rows are moved from where they were captured, not from where they were shown last."""
+    renderer, turn = shown.view.current_renderer(), step(1e-3, 5e-4)
+    scene = SCENE
+    for _ in range(30):
+        scene = change(scene, "Crate", turn)
+        renderer.update(scene)
+    one = np.array(renderer.asset_shown(shown.assets["Mirror"]).images["billboard_buf"])
+    renderer.update(SCENE)
+    renderer.update(change(SCENE, "Crate", step(30e-3, 15e-3)))
+    two = renderer.asset_shown(shown.assets["Mirror"]).images["billboard_buf"]
+    np.testing.assert_allclose(one, two, rtol=0, atol=2e-6)
+
+
 def rays_at(scene, name, count=4000):
     """Mirror-like rays of a reflector: from its surface outwards."""
     rng = np.random.default_rng(5)

@@ -10,6 +10,7 @@ environment map, captured without these objects, where it meets none (3.1, steps
 Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
 rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
 and nothing in front of an object can stand in its way. The texture's level follows the ray's footprint.
+When something moves, its quads do (remake.py, billboard_follow.py), where `live` had the surfaces baked as well.
 Limits. A volume is flat once reflected; objects that touch the reflector need depth maps. Meshes that enclose the
 reflector (a room) lend their large flat parts only; the rest of them stays in the environment map.
 """
