@@ -5,8 +5,8 @@ thousand vertices under an even sky say one thing ten thousand times.
 Idea. Ask the function between the vertices (at edges' midpoints and inside triangles) and split where the answer differs
 from what interpolation says. Edges are split, not triangles: a marked edge is split in every triangle that has it, into
 2, 3 or 4 parts, so there are no T-junctions; and whenever an edge of a triangle is marked, so is its longest, which
-keeps angles from degenerating [Plaza and Carey 2000, the skeleton's refinement]. All instances are refined together, one bundle of
-questions a level, because asking has a price of its own.
+keeps angles from degenerating [Plaza and Carey 2000, refinement of the skeleton]. All instances are refined together, one
+bundle of questions a level, because asking has a price of its own.
 Two numbers a corner: its *place* (which edges and cracks depend on) and its *sample* (the value): where a mesh has a
 sharp edge, and on the two sides of a sheet, one place has several samples.
 Limits. What is narrower than the distance of the questions may be missed. A difference within the answers' own noise is
