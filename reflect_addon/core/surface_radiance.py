@@ -5,7 +5,7 @@ Idea. The outgoing radiance of a diffuse surface is one colour in all directions
 from just above it looking straight down, kept per vertex of a mesh that is subdivided where radiance changes
 (surface_refine.py), and then the GPU draws that mesh from any camera (gpu/capture.py): a billboard, a depth map, a cube
 face, a mirrored view.
-Limits. Shininess is seen as from straight above. Radiance stays what it was when the object moves: its own shadow does
+Limits. Shininess is seen as from straight above, and mirrors are not subdivided. Radiance stays what it was when the object moves: its own shadow does
 not follow. A mesh that changes its triangles (other topology) cannot be followed.
 """
 
@@ -49,10 +49,13 @@ def bake(
         rays = Rays(start.astype(np.float32), -normals.astype(np.float32))
         return trace(rays, samples=int(settings["surface_samples"])).radiance.astype(np.float64)
 
-    sizes = np.array([np.ptp(scene.world_positions(i), axis=0).max() for i in instances])
+    # A mirror shows another thing to everyone: what it shows straight above is kept, and not worth a subdivision.
+    shortest = np.array(
+        [np.inf if i.is_reflector else FINEST * np.ptp(scene.world_positions(i), axis=0).max() for i in instances]
+    )
     noise = noise_of(soup, ask) if len(soup.place) else 0.0
     tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
-    soup, values = refine(soup, ask, tolerance, levels, FINEST * sizes, noise)
+    soup, values = refine(soup, ask, tolerance, levels, shortest, noise)
     meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
     return asset_of(scene, meshes, settings)
 

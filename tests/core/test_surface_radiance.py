@@ -181,6 +181,13 @@ def test_an_asset_comes_back(tmp_path, rng):
         assert np.all((facing * mesh.normals[mesh.triangles[:, 0]]).sum(1) > 0), "counter-clockwise as seen"
 
 
+def test_mirrors_are_not_subdivided():
+    scene = snapshot(floor(), Other=floor())
+    paint = lambda p, owner: spot(p)  # noqa: E731
+    found = meshes_of(surface_radiance.bake(scene, tracer(scene, paint), scene.instances, SETTINGS))
+    assert len(found["Mirror"].triangles) == 4 < len(found["Other"].triangles)
+
+
 def test_a_deformed_mesh_takes_its_radiance_along():
     scene, asset = baked(lambda p, owner: spot(p), Floor=floor())
     mesh = meshes_of(asset)["Floor"]
