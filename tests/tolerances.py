@@ -87,3 +87,8 @@ SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
 # Depth maps in float32 against float64: rays within rounding of another row, turn or the object's outline. A map has 64 to
 # 256 rows of 3e-2 texels of rounding at most (SHORTEST's guard apart), each ray crosses one.
 DEPTH_BRINKS = 5e-3
+# gpu/capture.py: a rasteriser and a ray may call a texel whose centre is on the contour differently; none other.
+CAPTURE_CONTOUR = 5e-3
+# ... (median, 95 %) relative: what surfaces were refined to (2 %), plus at the rim what lies between a texel and its
+# neighbours on a surface that turns away.
+CAPTURE_RADIANCE = (0.01, 0.03)

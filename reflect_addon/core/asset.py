@@ -11,6 +11,21 @@ HALF_MAX = 65504.0
 
 
 @dataclass(frozen=True)
+class Part:
+    """What a row of an asset's table stands for, as it was when the row was made: what core/remake.py compares."""
+
+    instance: str  # Instance.name
+    kind: str  # of stand-in, see remake.RULES; or 'reflector': the asset's own, without a row
+    row: int  # of the method's table; -1 for the reflector
+    world_from_object: tuple[float, ...]  # 16 numbers, row by row
+    mesh: str  # Mesh.key
+
+    def matrix(self) -> np.ndarray:
+        """(4, 4) float64."""
+        return np.array(self.world_from_object, np.float64).reshape(4, 4)
+
+
+@dataclass(frozen=True)
 class Asset:
     """What a method looks its answers up in, for one reflector (or for all: reflector == "").
 
@@ -31,6 +46,8 @@ class Asset:
     inputs_hash: str = ""  # sha256 over everything the content depends on; differs from the scene's: stale
     source: str = "trace"  # what made it: 'trace' (Cycles) | 'capture' (GPU) | 'viewport'
     bake_seconds: float = 0.0
+    parts: tuple[Part, ...] = ()  # what its rows stand for; () = not known, the asset cannot follow what moves
+    light_hash: str = ""  # SceneSnapshot.light_hash that its radiance was made under
 
     def bytes(self) -> int:
         """Memory on the GPU: 8 bytes a texel of _tx, 16 of _buf."""

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .asset import Asset
+from .asset import Asset, Part
 from .asset_places import asset_folder  # noqa: F401  where the folders lie: one interface with this module
 from .errors import ReflectError
 from .processes import remove_abandoned, temporary_name
@@ -141,6 +141,8 @@ def _document(asset: Asset) -> tuple[dict[str, list], bytes]:
         "inputs_hash": asset.inputs_hash,
         "source": asset.source,
         "bake_seconds": asset.bake_seconds,
+        "light_hash": asset.light_hash,
+        "parts": [vars(part) for part in asset.parts],
         "arrays": table,
     }
     try:
@@ -241,8 +243,16 @@ def _checked_fields(path: Path, document: dict) -> dict:
     seconds = document.get("bake_seconds")
     if not _is_number(seconds) or seconds < 0:
         raise _corrupt(path, "its bake time is no duration")
+    light_hash = document.get("light_hash", "")
+    if not isinstance(light_hash, str):
+        raise _corrupt(path, "its light_hash is no text")
+    parts = document.get("parts", [])  # assets of format 1 from before there were any have none
+    if not isinstance(parts, list) or not all(_is_part(p) for p in parts):
+        raise _corrupt(path, "its parts do not say what rows stand for")
     return {
         **strings,
+        "light_hash": light_hash,
+        "parts": tuple(Part(**{**p, "world_from_object": tuple(map(float, p["world_from_object"]))}) for p in parts),
         "uniforms": {k: tuple(map(float, v)) if isinstance(v, list) else float(v) for k, v in uniforms.items()},
         "options": options,
         "settings": {key: _tuples(value) for key, value in settings.items()},
@@ -305,6 +315,24 @@ def _read_bytes(path: Path, at_most: int, at_least: int = 0) -> bytearray:
     except (OSError, RuntimeError) as error:  # RuntimeError: a loop of links
         raise ReflectError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}.", BAKE_AGAIN) from error
     return data
+
+
+def _is_part(value) -> bool:
+    """Whether a JSON value is a Part."""
+    if not isinstance(value, dict) or value.keys() != Part.__annotations__.keys():
+        return False
+    place = value["world_from_object"]
+    return (
+        isinstance(value["instance"], str)
+        and isinstance(value["mesh"], str)
+        and isinstance(value["kind"], str)
+        and bool(_WORD.fullmatch(value["kind"]))
+        and _is_int(value["row"])
+        and -1 <= value["row"] < MAX_SIDE
+        and isinstance(place, list)
+        and len(place) == 16
+        and all(_is_number(n) for n in place)
+    )
 
 
 def _is_int(value) -> bool:

@@ -38,6 +38,11 @@ class Placed:
     height: int
     levels: int
 
+    def block(self) -> tuple[int, int]:
+        """(width, height) of the block from (x - 1, y - 1) on: all levels with their borders."""
+        column = sum((self.height >> i) + 2 for i in range(1, self.levels))
+        return self.width + 2 + (self.width // 2 + 2 if self.levels > 1 else 0), max(self.height + 2, column)
+
 
 def pack(images: list[np.ndarray]) -> tuple[np.ndarray, list[Placed]]:
     """((H, W, 4) float32 atlas, where each image lies). Shelves, tallest first; sides are powers of two."""
@@ -74,8 +79,8 @@ def _block(image: np.ndarray) -> np.ndarray:
     for _ in range(_levels(w, h) - 1):
         a = levels[-1]
         levels.append(a.reshape(a.shape[0] // 2, 2, a.shape[1] // 2, 2, 4).mean((1, 3)))
-    column = sum(a.shape[0] + 2 for a in levels[1:])
-    block = np.zeros((max(h + 2, column), w + 2 + (w // 2 + 2 if len(levels) > 1 else 0), 4), np.float32)
+    columns, rows = Placed(1, 1, w, h, len(levels)).block()
+    block = np.zeros((rows, columns, 4), np.float32)
     y = 0
     for i, a in enumerate(levels):
         padded = np.pad(a, ((1, 1), (1, 1), (0, 0)), mode="edge")
@@ -88,12 +93,53 @@ def _block(image: np.ndarray) -> np.ndarray:
 def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], center, count: int = 0) -> np.ndarray:
     """(max(count, quads, 1), len(ROW), 4) float32 table. center: (3,) world, m, what rows are relative to."""
     rows = np.zeros((max(len(quads), count, 1), len(ROW), 4), np.float32)
-    for row, quad, where, full in zip(rows, quads, placed, opaque, strict=False):
-        place = np.asarray(quad.center, np.float64) - center
-        row[ROW["plane"]] = *quad.normal, np.dot(place, quad.normal)
-        for name, axis, half in (("u", quad.u, quad.half_u), ("v", quad.v, quad.half_v)):
-            scaled = np.asarray(axis) / half
-            row[ROW[name]] = *scaled, -np.dot(place, scaled)
-        row[ROW["place"]] = where.x, where.y, where.width, where.height
-        row[ROW["detail"], :3] = where.levels - 1, where.width / (2 * quad.half_u), full
+    for i, (quad, where, full) in enumerate(zip(quads, placed, opaque, strict=True)):
+        rows[i] = table_row(quad, where, full, center)
     return rows
+
+
+def table_row(quad: Quad, where: Placed, opaque: bool, center) -> np.ndarray:
+    """(len(ROW), 4) float32: one row."""
+    row = np.zeros((len(ROW), 4), np.float32)
+    place = np.asarray(quad.center, np.float64) - center
+    row[ROW["plane"]] = *quad.normal, np.dot(place, quad.normal)
+    for name, axis, half in (("u", quad.u, quad.half_u), ("v", quad.v, quad.half_v)):
+        scaled = np.asarray(axis) / half
+        row[ROW[name]] = *scaled, -np.dot(place, scaled)
+    row[ROW["place"]] = where.x, where.y, where.width, where.height
+    row[ROW["detail"], :3] = where.levels - 1, where.width / (2 * quad.half_u), opaque
+    return row
+
+
+def placed_of(row: np.ndarray) -> Placed:
+    """Where a row (len(ROW), 4) of the table says that its texels lie."""
+    x, y, width, height = (int(n) for n in row[ROW["place"]])
+    return Placed(x, y, width, height, int(row[ROW["detail"], 0]) + 1)
+
+
+def moved_row(row: np.ndarray, world_from_world: np.ndarray, center) -> np.ndarray:
+    """(len(ROW), 4) float32: a row after a motion that keeps shapes (remake.is_rigid), its texels going along."""
+    row, center = row.astype(np.float64), np.asarray(center, np.float64)
+    scale = np.cbrt(np.linalg.det(world_from_world[:3, :3]))
+    turn = world_from_world[:3, :3] / scale
+    axes = {name: row[ROW[name], :3] for name in ("plane", "u", "v")}
+    # The plane's point nearest to the quad's middle: where all three of its equations are 0.
+    middle = np.linalg.solve(
+        np.array(list(axes.values())), np.array([row[ROW["plane"], 3], -row[ROW["u"], 3], -row[ROW["v"], 3]])
+    )
+    middle = world_from_world[:3, :3] @ (middle + center) + world_from_world[:3, 3] - center
+    out = row.copy()
+    out[ROW["plane"], :3] = turn @ axes["plane"]
+    out[ROW["plane"], 3] = middle @ out[ROW["plane"], :3]
+    for name in ("u", "v"):
+        out[ROW[name], :3] = turn @ axes[name] / scale
+        out[ROW[name], 3] = -middle @ out[ROW[name], :3]
+    out[ROW["detail"], 1] /= scale
+    return out.astype(np.float32)
+
+
+def hidden_row(row: np.ndarray) -> np.ndarray:
+    """(len(ROW), 4) float32: a row that no ray meets."""
+    out = row.copy()
+    out[[ROW["u"], ROW["v"]]] = 0, 0, 0, 2  # u = v = 2 everywhere, and a quad ends at 1
+    return out

@@ -167,6 +167,11 @@ def _flat_quad(instance: Instance, points: np.ndarray, axes: np.ndarray, side: i
 def volume_quad(scene: SceneSnapshot, instance: Instance, reflector_center: np.ndarray) -> Quad:
     """The quad through the instance's centroid that faces the reflector's."""
     vertices = scene.world_positions(instance)[np.unique(scene.meshes[instance.mesh].triangles)]
+    return quad_around(instance.name, vertices, reflector_center)
+
+
+def quad_around(name: str, vertices: np.ndarray, reflector_center: np.ndarray) -> Quad:
+    """The same for any vertices (V, 3), world, that are to be seen on it."""
     centroid = (vertices.min(0) + vertices.max(0)) / 2
     radius = float(np.linalg.norm(vertices - centroid, axis=-1).max())
     normal = np.asarray(reflector_center, np.float64) - centroid
@@ -188,7 +193,7 @@ def volume_quad(scene: SceneSnapshot, instance: Instance, reflector_center: np.n
     half = np.maximum(half, NEEDLE * half.max())
     center = centroid + u * middle[0] + v * middle[1]
     return Quad(
-        instance.name, _t(center), _t(u), _t(v), _t(normal), float(half[0]), float(half[1]), _t(eye), 0.0,
+        name, _t(center), _t(u), _t(v), _t(normal), float(half[0]), float(half[1]), _t(eye), 0.0,
         float(np.inf), False,
     )  # fmt: skip
 

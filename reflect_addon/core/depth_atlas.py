@@ -43,6 +43,33 @@ def fill_rows(
         row[ROW["table"]] = corner
 
 
+def moved_map_row(row: np.ndarray, world_from_world: np.ndarray, center) -> np.ndarray:
+    """(len(ROW), 4) float32: a map's row after a motion that keeps shapes (4.3: "The DM camera is simply transformed")."""
+    out, center = row.astype(np.float64), np.asarray(center, np.float64)
+    scale = np.cbrt(np.linalg.det(world_from_world[:3, :3]))
+    turn = world_from_world[:3, :3] / scale
+
+    def moved(point):
+        return world_from_world[:3, :3] @ (point + center) + world_from_world[:3, 3] - center
+
+    camera = out[[ROW["plane"], ROW["u"], ROW["v"]]]
+    eye = moved(np.linalg.solve(camera[:, :3], -camera[:, 3]))
+    for name in ("plane", "u", "v"):
+        axis = turn @ out[ROW[name], :3]
+        out[ROW[name]] = *axis, -np.dot(eye, axis)
+    out[ROW["limits"], :3] *= scale
+    out[ROW["detail"], 1] /= scale
+    out[ROW["ball"]] = *moved(out[ROW["ball"], :3]), out[ROW["ball"], 3] * scale
+    return out.astype(np.float32)
+
+
+def hidden_map_row(row: np.ndarray) -> np.ndarray:
+    """(len(ROW), 4) float32: a map's row that no ray meets."""
+    out = row.copy()
+    out[ROW["ball"], 3] = 0
+    return out
+
+
 def stacked(images: list[np.ndarray], fill: tuple[float, ...]) -> tuple[np.ndarray, list[tuple[int, int]]]:
     """((H, W, 4) of the images' type, lowest left texel (x, y) of each), what is left over filled with `fill`."""
     corners, x, y, wide, tall = [], 0, 0, 0, 0

@@ -1,6 +1,8 @@
 """What a scene is to Reflect: arrays, no bpy. scene/snapshot.py fills it from the depsgraph."""
 
+import hashlib
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +15,15 @@ class Mesh:
     triangles: np.ndarray  # (T, 3) int32 into positions
     corner_normals: np.ndarray  # (T, 3, 3) float32, object space, unit: shading normals of the triangles' corners
     material_index: np.ndarray  # (T,) int32 into the instance's materials
+
+    @cached_property
+    def key(self) -> str:
+        """'<number of triangles>-<sha1>': equal for meshes of equal content, in any session; worked out once."""
+        digest = hashlib.sha1(usedforsecurity=False)
+        for array in (self.positions, self.triangles, self.corner_normals, self.material_index):
+            digest.update(repr((array.shape, array.dtype.str)).encode())
+            digest.update(np.ascontiguousarray(array))
+        return f"{len(self.triangles)}-{digest.hexdigest()}"
 
 
 @dataclass(frozen=True)
@@ -56,9 +67,14 @@ class SceneSnapshot:
     lamps: tuple[Instance, ...] = ()  # lights with a size that mirrors show; cameras do not see them
     geometry_hash: str = ""  # sha256 over meshes, transforms, materials, lights and world: what an asset depends on
     warnings: tuple[str, ...] = field(default=())  # objects left out, and why
+    light_hash: str = ""  # sha256 over materials and who has them, lights and world: no mesh and no object's place
 
     def reflectors(self) -> tuple[Instance, ...]:
         return tuple(i for i in self.instances if i.is_reflector)
+
+    def named(self) -> dict[str, Instance]:
+        """Instances and lamps by name."""
+        return {i.name: i for i in (*self.instances, *self.lamps)}
 
     def world_positions(self, instance: Instance) -> np.ndarray:
         """(V, 3) float64 vertices of an instance in world space."""

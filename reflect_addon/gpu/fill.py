@@ -37,6 +37,10 @@ class TextureCache:
             self._kept[id(array)] = (array, texture_from(name, array, self.counts))
         return self._kept[id(array)][1]
 
+    def replace(self, array: np.ndarray, texture):
+        """From now on this texture is drawn where `array` is asked for: what the array shows has moved."""
+        self._kept[id(array)] = (array, texture)
+
     def bytes(self) -> int:
         return sum(t.width * t.height * (8 if t.format == "RGBA16F" else 16) for _, t in self._kept.values())
 
@@ -54,7 +58,10 @@ class Fill:
         self.counts = textures.counts
         kernel = emit_glsl(record(trace, asset), wanted, "answer", push_bytes=0)
         self.source = kernel.source
-        self._textures = {s: textures.texture(name, asset.images[name]) for name, s in kernel.images.items()}
+        self._cache = textures
+        self._images = {s: (name, asset.images[name]) for name, s in kernel.images.items()}
+        for name, array in self._images.values():
+            textures.texture(name, array)
         self._block_name = kernel.block_name
         self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
         samplers = [("FLOAT_2D", name) for name in ("origin_tx", "direction_tx", "normal_tx")]
@@ -90,8 +97,8 @@ class Fill:
             shader.set("reflectors", (first, last))
             for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), ray_textures):
                 shader.image(name, texture)
-            for name, texture in self._textures.items():
-                shader.image(name, texture)
+            for sampler, (name, array) in self._images.items():
+                shader.image(sampler, self._cache.texture(name, array))
             if self._block is not None:
                 shader.block(self._block_name, self._block)
             shader.draw(batch)

@@ -4,7 +4,6 @@ What is visible is uploaded and compiled when it is first seen; `prepare` does i
 after that uploads and compiles nothing.
 """
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,10 +13,11 @@ from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
-from ..core.snapshot import Mesh, SceneSnapshot
+from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .device import ensure
 from .fill import Fill, TextureCache
+from .follow import Followed, Followers
 from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
@@ -45,7 +45,8 @@ class Group:
 
 class Renderer:
     """assets: by reflector (core.asset.asset_of), already joined with what they require.
-    look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off."""
+    look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off.
+    surfaces: the scene's surface radiance (core/surface_asset.py), from which stand-ins follow what moves."""
 
     def __init__(
         self,
@@ -54,6 +55,7 @@ class Renderer:
         look: Look | None = None,
         attenuation: float | None = None,
         kernel: Callable[[str], Callable] = registered_kernel,
+        surfaces: Asset | None = None,
     ):
         self.gpu = ensure()
         self._counts = Counts()
@@ -63,19 +65,24 @@ class Renderer:
         self._batch = triangle_batch()
         self._meshes: dict[str, MeshBuffer] = {}  # by content
         self._textures = TextureCache(self._counts)
+        self._followers = Followers(self._counts, self._textures)
+        self.followed = Followed()  # what the last update made again
         self._fills: dict[tuple[int, bool], tuple[Asset, Fill]] = {}
         self._rays: RayMapTarget | None = None
         self._answers: dict[bool, ReflectionTarget] = {}
         self._look = LookTexture(look or Look(), self._counts)
         self._materials: MaterialTable | None = None
         self.assets = dict(assets)
+        self.surfaces = surfaces
         self.update(snapshot)
 
     # What is drawn.
 
-    def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset] | None = None) -> dict[str, int | bool]:
-        """Take another snapshot (and assets); upload only what changed. Returns {'meshes': uploaded, 'dropped': meshes
-        let go, 'materials': bool, 'assets': bool}."""
+    def update(
+        self, snapshot: SceneSnapshot, assets: dict[str, Asset] | None = None, surfaces: Asset | None = None
+    ) -> dict[str, int | bool]:
+        """Take another snapshot (and assets, with the surfaces that go with them); upload only what changed, and let stand-ins
+        follow. Returns {'meshes': uploaded, 'dropped': meshes let go, 'materials': bool, 'assets': bool}."""
         changed = {"meshes": 0, "dropped": 0, "materials": False, "assets": False}
         if assets is not None and (
             assets.keys() != self.assets.keys() or any(assets[k] is not self.assets[k] for k in assets)
@@ -85,11 +92,13 @@ class Renderer:
             used = {id(a) for a in assets.values()}
             self._fills = {key: value for key, value in self._fills.items() if key[0] in used}
             self._textures.keep_only(assets.values())
+        if assets is not None:
+            self.surfaces = surfaces
         self.snapshot = snapshot
         in_use: dict[str, MeshBuffer] = {}
         by_index: dict[int, MeshBuffer] = {}
         for index in {i.mesh for i in snapshot.instances}:
-            key = _mesh_key(snapshot.meshes[index])
+            key = snapshot.meshes[index].key
             buffer = in_use.get(key) or self._meshes.get(key)
             if buffer is None:
                 buffer = MeshBuffer(snapshot.meshes[index], self._counts)
@@ -104,6 +113,7 @@ class Renderer:
             changed["materials"] = True
         self._plan_resolve()
         self._groups = self._group_reflectors()
+        self.followed = self._followers.update(snapshot, self.assets.values(), self.surfaces)
         return changed
 
     def set_look(self, look: Look):
@@ -127,6 +137,10 @@ class Renderer:
             else:
                 groups.append(Group(asset, index, index))
         return groups
+
+    def asset_shown(self, asset: Asset) -> Asset:
+        """One of this renderer's assets as it stands on the GPU, read back: it may have followed what moved."""
+        return self._followers.asset(asset)
 
     def prepare(self, overlay: bool = False):
         """Upload and compile everything now, seen or not, so that moving the camera never does."""
@@ -254,6 +268,7 @@ class Renderer:
         return (
             sum(m.bytes for m in self._meshes.values())
             + self._textures.bytes()
+            + self._followers.bytes()
             + sum(t.bytes for t in targets if t is not None)
         )
 
@@ -266,12 +281,6 @@ class Renderer:
         self.gpu.shader.unbind()
         self._meshes, self._fills, self._answers = {}, {}, {}
         self._rays = self._raymap = self._materials = self._look = self._resolve = None
+        self._followers.free()
         self._textures.keep_only(())
 
-
-def _mesh_key(mesh: Mesh) -> str:
-    digest = hashlib.sha1(usedforsecurity=False)
-    for array in (mesh.positions, mesh.triangles, mesh.corner_normals, mesh.material_index):
-        digest.update(repr((array.shape, array.dtype.str)).encode())
-        digest.update(np.ascontiguousarray(array))
-    return digest.hexdigest()

@@ -21,6 +21,7 @@ class ViewportSession:
     snapshot_of: Callable[[], SceneSnapshot]  # walks the depsgraph
     look_of: Callable[[Look | None], Look]  # reads the view settings; is given the last look
     assets: dict[str, Asset] = field(default_factory=dict)  # reflector object name -> joined asset; "" = all others
+    surfaces: Asset | None = None  # the scene's surface radiance, where it was baked
     method: str = ""  # "" = off
     attenuation: float | None = None  # half distance, m
     kernel: Callable[[str], Callable] = registered_kernel
@@ -32,9 +33,9 @@ class ViewportSession:
     _renderer: Renderer | None = None
     _settings: tuple | None = None
 
-    def set_assets(self, method: str, assets: dict[str, Asset]):
+    def set_assets(self, method: str, assets: dict[str, Asset], surfaces: Asset | None = None):
         """Show another method (or "" for none). Clears an earlier failure."""
-        self.method, self.assets, self.message, self.dirty = method, dict(assets), "", True
+        self.method, self.assets, self.surfaces, self.message, self.dirty = method, dict(assets), surfaces, "", True
 
     def refresh(self) -> bool:
         """Walk the scene if it changed. True when there is something new to draw. Not from a draw callback.
@@ -61,10 +62,12 @@ class ViewportSession:
             if self._renderer is None or settings != self._settings:
                 if self._renderer is not None:
                     self._renderer.free()
-                self._renderer = Renderer(snapshot, self.assets, look, self.attenuation, self.kernel)
+                self._renderer = Renderer(
+                    snapshot, self.assets, look, self.attenuation, self.kernel, self.surfaces
+                )
                 self._settings = settings
             else:
-                self._renderer.update(snapshot, self.assets)
+                self._renderer.update(snapshot, self.assets, self.surfaces)
                 if look is not self._look:
                     self._renderer.set_look(look)
             self._look, self._pending = look, None

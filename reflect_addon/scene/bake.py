@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from ..core import methods
+from ..core import methods, surface_asset, surface_radiance
 from ..core.asset import Asset
 from ..core.asset_files import BAKE_AGAIN, is_fresh, load_asset, save_asset
 from ..core.asset_places import asset_name
@@ -38,7 +38,8 @@ def bake_assets(
 ) -> list[Path]:
     """Bakes the wanted methods (and what they require) for the named reflectors, all of them when none is named.
 
-    Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`. settings override the methods'
+    Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`. With a method's setting `live` the
+    surfaces of what may move are baked too (folder/surface_radiance-all). settings override the methods'
     defaults where a method has such a setting. progress(done in 0..1, text) may return False to cancel. Returns the
     folders of all assets asked for. ReflectError: no reflector, an unknown name, a disk that refuses.
     """
@@ -48,14 +49,15 @@ def bake_assets(
     shared: dict = {}
     intersect = intersector(scene)
     paths = []
+    followed: set[str] = set()  # instances whose stand-ins are captured again when they move
+    steps = len(chosen) * len(kinds) + 1
     for index, reflector in enumerate(chosen):
         done: dict[str, Asset] = {}
         for step, kind in enumerate(kinds):
             path = Path(folder) / asset_name(kind, reflector.name)
             asked = settings_for(kind, settings)
             inputs = inputs_hash(scene, kind, reflector, asked)
-            start = (index * len(kinds) + step) / (len(chosen) * len(kinds))
-            share = 1 / (len(chosen) * len(kinds))
+            start, share = (index * len(kinds) + step) / steps, 1 / steps
             text = f"{methods.get(kind).LABEL} of {reflector.name}"
             tell(start, text)
             asset = None if again else _fresh(path, kind, inputs, _required(kind, done))
@@ -72,8 +74,39 @@ def bake_assets(
                 save_asset(asset, path)
             done[kind] = asset
             paths.append(path)
+            if asked.get("live"):
+                followed |= {part.instance for part in asset.parts if part.kind == "volume"}
+    if followed:
+        text, start = "Surfaces that may move", (steps - 1) / steps
+
+        def traced_last(rays, hide=(), samples=1):
+            return tracer(rays, hide, samples, progress=lambda p, _: tell(start + p / steps, text))
+
+        tell(start, text)
+        _bake_surfaces(scene, followed, Path(folder), settings, traced_last, again)
     tell(1.0, "Baked")
     return paths
+
+
+def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings, tracer, again: bool) -> None:
+    """The surface radiance of these instances, and of those that an earlier bake of the same scene had; kept when fresh."""
+    path = folder / asset_name(surface_asset.KIND, "")
+    asked = {**surface_radiance.DEFAULTS, **{k: v for k, v in (settings or {}).items() if k in surface_radiance.DEFAULTS}}
+    words = [scene.geometry_hash, surface_asset.KIND, json.dumps(asked, sort_keys=True)]
+    inputs = hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()
+    try:
+        earlier = load_asset(path) if os.path.isfile(path / "asset.json") else None
+    except ReflectError:
+        earlier = None  # damaged: baked again
+    if earlier is not None and is_fresh(earlier, inputs):
+        known = {part.instance for part in earlier.parts}
+        if names <= known and not again:
+            return
+        names = names | known
+    began = time.perf_counter()
+    chosen = tuple(i for i in (*scene.instances, *scene.lamps) if i.name in names)
+    asset = surface_radiance.bake(scene, tracer, chosen, asked)
+    save_asset(replace(asset, inputs_hash=inputs, bake_seconds=time.perf_counter() - began), path)
 
 
 def load_assets(scene: SceneSnapshot, method: str, folder: Path) -> dict[str, Asset]:
@@ -124,7 +157,8 @@ def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, ob
 
 
 def inputs_hash(scene: SceneSnapshot, kind: str, reflector: Instance, settings: dict) -> str:
-    """sha256 over everything that the content of an asset depends on."""
+    """sha256 over everything that the content of an asset depends on. (`live` adds surfaces beside it and changes nothing.)"""
+    settings = {name: value for name, value in settings.items() if name != "live"}
     parts = [scene.geometry_hash, kind, reflector.name, json.dumps(settings, sort_keys=True, default=str)]
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
 

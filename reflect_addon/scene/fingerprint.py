@@ -37,10 +37,16 @@ class Fingerprint:
     def __init__(self):
         self._parts: list[str] = []
         self._mesh_digests: list[str] = []
+        self._light: list[str] = []
         self._follows_frame = False
 
     def hexdigest(self) -> str:
         return _sha256("\n".join(sorted(self._parts)).encode())
+
+    def light_hexdigest(self) -> str:
+        """Of what surfaces are made of and lit by alone: neither meshes nor where objects are."""
+        rest = [part for part in self._parts if not part.startswith("instance ")]
+        return _sha256("\n".join(sorted(rest + self._light)).encode())
 
     def mesh(self, mesh) -> None:
         """To be called in the order in which instances count meshes."""
@@ -52,6 +58,7 @@ class Fingerprint:
         slots = [slot.material.name_full if slot.material else "" for slot in obj.material_slots]
         place = instance.world_from_object.tobytes().hex()
         self._parts.append(f"instance {instance.name} {self._mesh_digests[instance.mesh]} {place} {slots} {seen}")
+        self._light.append(f"materials {instance.name} {slots}")
 
     def material(self, material) -> None:
         if material is not None:

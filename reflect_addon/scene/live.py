@@ -11,7 +11,7 @@ from pathlib import Path
 
 import bpy
 
-from ..core import methods
+from ..core import methods, surface_asset
 from ..core.asset import Asset
 from ..core.asset_files import load_asset
 from ..core.asset_places import asset_name, scene_folder
@@ -39,6 +39,7 @@ class Live:
         self.method = "OFF"  # whose assets are loaded ...
         self.folder: Path | None = None  # ... and from where
         self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
+        self.surfaces: Asset | None = None  # the scene's surface radiance, from which stand-ins follow what moves
         self._joined: dict[tuple[int, ...], Asset | None] = {}
         self._seen: dict[str, str] = {}  # asset's inputs hash -> geometry hash that the window saw when it was baked
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
@@ -71,15 +72,18 @@ class Live:
 
     def reload(self, scene: bpy.types.Scene) -> None:
         """Loads the assets of the scene's method again; reads the scene when that was never done."""
-        self.assets, self._joined, problems = {}, {}, []
+        self.assets, self._joined, self.surfaces, problems = {}, {}, None, []
         self.method, self.folder = scene.reflect.method, assets_of(scene)
         if is_on(scene):
-            for kind in methods.with_required([self.method]):
+            for kind in (*methods.with_required([self.method]), surface_asset.KIND):
                 for folder in sorted(self.folder.glob(f"{kind}-*")):
                     try:
                         asset = load_asset(folder)
                     except ReflectError as error:
                         problems.append(str(error))
+                        continue
+                    if asset.kind == surface_asset.KIND:
+                        self.surfaces = asset
                     else:
                         self.assets[asset.kind, asset.reflector] = asset
         self.problems = tuple(problems)

@@ -52,6 +52,7 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         lamps=tuple(reader.lamps),
         geometry_hash=reader.fingerprint.hexdigest(),
         warnings=tuple(reader.warnings),
+        light_hash=reader.fingerprint.light_hexdigest(),
     )
 
 

@@ -71,6 +71,12 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         min=1,
         max=4096,
     )
+    live: bpy.props.BoolProperty(
+        name="Follow Movement",
+        description="Reflections of objects follow while the objects move. Bakes what their surfaces send out too, which takes "
+        "from a few to some ten seconds more",
+        default=True,
+    )
     half_distance: bpy.props.FloatProperty(
         name="Fade Distance",
         description="Distance at which a reflection has faded to half. 0: reflections do not fade, as in reality",
@@ -83,7 +89,7 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
 
     def bake_settings(self) -> dict[str, object]:
         """What the chosen method and those it requires understand of these settings."""
-        known = {"resolution": self.resolution, "samples": self.samples}
+        known = {"resolution": self.resolution, "samples": self.samples, "live": self.live}
         wanted = set()
         for name in methods.with_required([self.method]):
             wanted |= methods.get(name).DEFAULTS.keys()

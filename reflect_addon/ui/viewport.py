@@ -31,7 +31,7 @@ def _display(scene: bpy.types.Scene, state: live.Live) -> None:
         found = _new_session(scene)
         session.set_session(scene.name, found)
     found.attenuation = scene.reflect.half_distance or None
-    found.set_assets(state.method, joined)
+    found.set_assets(state.method, joined, state.surfaces)
     found.refresh()
     state.draw_error = lambda: found.message
 

@@ -8,6 +8,7 @@ import pytest
 from bad_input import BAKE, FRAME, TINY, VERBS, ball, contents, empty_stage, good, mirror, reflect, save, sentence  # noqa: F401
 
 from reflect_addon.core import methods as registry
+from reflect_addon.core.surface_radiance import DEFAULTS as SURFACES
 from reflect_addon.evaluation.rows import read_rows
 
 
@@ -163,7 +164,7 @@ def test_a_picture_of_one_pixel_and_frames_out_of_range(reflect, good, tmp_path)
 @pytest.mark.parametrize(
     "setting, says",
     [
-        ("texel=16", ("no setting 'texel'", f"There are: {', '.join(sorted(registry.get('billboards').DEFAULTS))}.")),
+        ("texel=16", ("no setting 'texel'", f"There are: {', '.join(sorted({**registry.get('billboards').DEFAULTS, **SURFACES}))}.")),
         ("texels=17", ("texels cannot be 17", "power of two")),
         ("texels=-16", ("texels cannot be -16", "whole number")),
         ("samples=0", ("samples cannot be 0", "whole number")),

@@ -17,12 +17,15 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from reflect_addon.core import asset_files
-from reflect_addon.core.asset import Asset
+from reflect_addon.core.asset import Asset, Part
 from reflect_addon.core.asset_files import asset_folder, is_fresh, load_asset, save_asset
 from reflect_addon.core.asset_places import file_name
 from reflect_addon.core.errors import ReflectError
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+MATRIX = tuple(float(np.float32(k / 7)) for k in range(16))
 
 
 def example(value: float = 1.0, side: int = 5) -> Asset:
@@ -38,6 +41,8 @@ def example(value: float = 1.0, side: int = 5) -> Asset:
         inputs_hash="ab" * 32,
         source="trace",
         bake_seconds=1.25,
+        parts=(Part("Suzanne", "reflector", -1, MATRIX, "ef" * 20), Part("Täfel/2", "flat", 0, MATRIX[::-1], "")),
+        light_hash="cd" * 32,
     )
 
 
@@ -66,6 +71,12 @@ def test_any_values_round_trip(image, reflector, uniform):
     with tempfile.TemporaryDirectory() as scratch, np.errstate(over="ignore"):
         asset = Asset("environment", reflector, {"a_buf": image, "b_tx": image.astype(np.float16)}, {"u": uniform})
         assert_equal(load_asset(save_asset(asset, Path(scratch) / "x")), asset)
+
+
+def test_an_asset_from_before_there_were_parts_loads(tmp_path):
+    folder = save_asset(example(), tmp_path / "a")
+    edit(folder, lambda d: (d.pop("parts"), d.pop("light_hash")))
+    assert_equal(load_asset(folder), dataclasses.replace(example(), parts=(), light_hash=""))
 
 
 def test_numpy_reads_the_files(tmp_path):
@@ -97,6 +108,10 @@ def test_replacing_leaves_only_the_new_files(tmp_path):
         {"options": {"count": [1, 2]}},
         {"settings": {"thing": object()}},
         {"kind": "../environment"},
+        {"parts": (Part("a", "flat", 0, MATRIX[:15], ""),)},
+        {"parts": (Part("a", "flat", -2, MATRIX, ""),)},
+        {"parts": (Part("a", "flat", 0, (float("inf"),) * 16, ""),)},
+        {"light_hash": 3},
     ],
 )
 def test_an_asset_against_the_rules_is_not_written(tmp_path, wrong):
@@ -120,6 +135,10 @@ def edit(folder: Path, change):
     document = json.loads(path.read_text())
     change(document)
     path.write_text(json.dumps(document))
+
+
+def _set_part(**values):
+    return lambda folder: edit(folder, lambda d: d["parts"][1].update(values))
 
 
 def image_file(folder: Path) -> Path:
@@ -152,6 +171,17 @@ WRONG = {
     "overflow": (lambda f: edit(f, lambda d: d["uniforms"].update(scale=10**400)), "uniform"),
     "uniform of text": (lambda f: edit(f, lambda d: d["uniforms"].update(scale="1")), "uniform"),
     "kind": (lambda f: edit(f, lambda d: d.update(kind="../x")), "kind"),
+    "parts of text": (lambda f: edit(f, lambda d: d.update(parts="all")), "parts"),
+    "a part of nothing": (lambda f: edit(f, lambda d: d["parts"].append({})), "parts"),
+    "a part too many": (_set_part(more=1), "parts"),
+    "a part's row": (_set_part(row=10**6), "parts"),
+    "a part's row of text": (_set_part(row="0"), "parts"),
+    "a part's row of truth": (_set_part(row=True), "parts"),
+    "a part's place": (_set_part(world_from_object=[1, 0, 0]), "parts"),
+    "a part's far place": (_set_part(world_from_object=[10**400] * 16), "parts"),
+    "a part's kind": (_set_part(kind="../x"), "parts"),
+    "a part's mesh": (_set_part(mesh=None), "parts"),
+    "light": (lambda f: edit(f, lambda d: d.update(light_hash=[])), "light_hash"),
     "no table": (lambda f: edit(f, lambda d: d.pop("arrays")), "table of arrays"),
     "path out": (_set_entry(file="../outside.npy"), "inside the folder"),
     "absolute path": (_set_entry(file="/etc/passwd"), "inside the folder"),

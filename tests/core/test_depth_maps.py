@@ -9,7 +9,7 @@ import trimesh
 from analytic import directions, unit
 from mesh_scenes import first_hits, job, snapshot, world_mesh
 
-from reflect_addon.core import depth_kernel, spaces, srdm
+from reflect_addon.core import billboard_follow, depth_kernel, spaces, srdm
 from reflect_addon.core.billboard_atlas import ROW
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.kernel import record, run_numpy
@@ -260,3 +260,28 @@ def test_the_assets_fields_are_what_the_kernel_needs(sphere):
     smaller = replace(sphere, images={k: v for k, v in sphere.images.items() if k != "srdm_buf"})
     with pytest.raises(Exception, match="srdm_buf"):
         record(depth_maps.trace, smaller)
+
+
+def test_a_rigid_motion_only_moves_the_row(sphere_scene, rng):
+    """Section 6: the map, its table and its colours stay; the moved row answers as a map made there would."""
+    m = trimesh.transformations.rotation_matrix(0.7, [1, 2, 0.5]) @ trimesh.transformations.translation_matrix([0.3, 0.5, -0.2])
+    before = sphere_scene
+    moved_instance = replace(before.instances[1], world_from_object=m @ before.instances[1].world_from_object)
+    after = replace(before, instances=(before.instances[0], moved_instance))
+    asset = baked(before)
+    step = billboard_follow.follow(billboard_follow.start(asset, before), after, {})
+    assert step.moved == 1 and not step.shots and not step.state.stale
+    followed = replace(asset, images={**asset.images, "billboard_buf": step.table})
+    rays = rays_at(rng, 2000, (4, 0, 0), 0.5, target=m[:3, 3])
+    # The same rays, taken back to where the object was, see the same points of it.
+    back = np.linalg.inv(m)
+    there = Rays((rays.origin @ back[:3, :3].T + back[:3, 3]).astype("f"), (rays.direction @ back[:3, :3].T).astype("f"))
+    now, then = answer(followed, rays), answer(asset, there)
+    hit = (now.status == spaces.STATUS_HIT) & (then.status == spaces.STATUS_HIT)
+    assert hit.sum() > 500 and np.mean(now.status == then.status) > 0.995
+    off = np.linalg.norm(now.position @ back[:3, :3].T + back[:3, 3] - then.position, axis=1)[hit]
+    assert np.percentile(off, 99) < 1e-3
+    gone = replace(before, instances=before.instances[:1])
+    step = billboard_follow.follow(billboard_follow.start(asset, before), gone, {})
+    hidden = replace(asset, images={**asset.images, "billboard_buf": step.table})
+    assert not (answer(hidden, rays).status == spaces.STATUS_HIT).any()

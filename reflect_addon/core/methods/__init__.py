@@ -11,6 +11,7 @@ A method module has
 
 from types import ModuleType
 
+from .. import surface_radiance
 from ..errors import ReflectError
 from . import billboards, box_proxy, depth_maps, environment, sphere_proxy
 
@@ -66,16 +67,17 @@ def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]
     known: dict[str, object] = {}
     for name in with_required(wanted):
         known |= get(name).DEFAULTS
+    if "live" in known:
+        known |= surface_radiance.DEFAULTS
     for name, value in given.items():
         if name not in known:
             raise ReflectError(
                 f"{', '.join(wanted)} has no setting '{name}'.", f"There are: {', '.join(sorted(known)) or 'none'}."
             )
         if isinstance(known[name], bool):
-            if not isinstance(value, bool):
+            if type(value) is not bool:
                 raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give true or false.")
-            continue
-        if isinstance(known[name], int) and (type(value) is not int or not 1 <= value <= 999999):
+        elif isinstance(known[name], int) and (type(value) is not int or not 1 <= value <= 999999):
             raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a whole number from 1 to 999999.")
         if name in SIDES and (value & (value - 1) or not 4 <= value <= 8192):
             raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a power of two from 4 to 8192.")

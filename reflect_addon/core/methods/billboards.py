@@ -10,6 +10,7 @@ environment map, captured without these objects, where it meets none (3.1, steps
 Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
 rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
 and nothing in front of an object can stand in its way. The texture's level follows the ray's footprint.
+When something moves, its quads do (remake.py, billboard_follow.py), where `live` had the surfaces baked as well.
 Limits. A volume is flat once reflected; objects that touch the reflector need depth maps. Meshes that enclose the
 reflector (a room) lend their large flat parts only; the rest of them stays in the environment map.
 """
@@ -23,6 +24,7 @@ from ..billboard_capture import capture
 from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..flat_parts import contains
 from ..kernel import Hit
+from ..remake import parts_of
 from ..snapshot import Instance, corners_of
 from . import environment
 from ..job import BakeJob
@@ -30,7 +32,7 @@ from ..job import BakeJob
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
-DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"]}
+DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False}
 
 def bake(job: BakeJob) -> Asset:
     """Quads for every other object, their texels in one bundle, and the environment without those objects."""
@@ -46,8 +48,11 @@ def bake(job: BakeJob) -> Asset:
         reflector=job.reflector.name,
         images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows},
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
-        options={"count": len(quads), "contours": not all(opaque)},
+        # A volume that moves may get a contour that it had not.
+        options={"count": len(quads), "contours": not all(q.shared and o for q, o in zip(quads, opaque, strict=True))},
         settings=dict(job.settings),
+        parts=parts_of(job.scene, job.reflector, [(q.instance, "flat" if q.shared else "volume") for q in quads]),
+        light_hash=job.scene.light_hash,
     )
 
 

@@ -25,13 +25,14 @@ from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
+from ..remake import parts_of
 from . import billboards, environment
 
 NAME = "depth_maps"
 LABEL = "Depth Maps"
 REQUIRES = ()
 DEFAULTS = {
-    **billboards.DEFAULTS,
+    **{name: value for name, value in billboards.DEFAULTS.items() if name != "live"},  # maps only move: no surfaces
     "texels": 256,
     "maps": 4,  # most maps of one object
     "turns": 60,  # n of the paper: 3 degrees
@@ -92,6 +93,8 @@ def bake(job: BakeJob) -> Asset:
             "refine": bool(job.settings["refine"]),
         },
         settings=dict(job.settings),
+        parts=parts_of(job.scene, job.reflector, [(q.instance, "flat") for q in flat] + [(v.instance, "map") for v in views]),
+        light_hash=job.scene.light_hash,
     )
 
 

@@ -1,0 +1,127 @@
+"""Surface radiance: what surfaces send out, traced once and kept on their meshes (design, "Capture has two speeds").
+
+Problem. `trace` is exact and takes seconds; what follows a moving object has to be captured at frame rate.
+Idea. The outgoing radiance of a diffuse surface is one colour in all directions. It is traced at points of the surface,
+from just above it looking straight down, kept per vertex of a mesh that is subdivided where radiance changes
+(surface_refine.py), and then the GPU draws that mesh from any camera (gpu/capture.py): a billboard, a depth map, a cube
+face, a mirrored view.
+Limits. Shininess is seen as from straight above, and mirrors are not subdivided. Radiance stays what it was when the object moves: its own shadow does
+not follow. A mesh that changes its triangles (other topology) cannot be followed.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .asset import Asset
+from .billboard_capture import LIFT, LIFT_ROUNDING
+from .flat_parts import contains, visible_sides
+from .rays import Hits, Rays
+from .snapshot import Instance, SceneSnapshot
+from .surface_asset import SurfaceMesh, asset_of, on_faces
+from .surface_refine import Ask, Soup, refine
+
+# surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
+# paths for each traced point.
+DEFAULTS = {"surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16}
+# No edge below this share of its object's size is split: four texels of a billboard with 128, and interpolation between.
+FINEST = 1 / 32
+# Points that are traced twice. Nine in ten of their differences are below 2.3 sigma where noise is normal; twice that is
+# 3.8 times the standard deviation of a question's difference to what its neighbours say: one false split in ten thousand.
+TWICE = 256
+NOISE_QUANTILE = 0.9
+NOISE_TIMES = 2.0
+# Corners of a vertex whose normals differ by less than this have the same radiance.
+SAME_NORMAL = 1 / 200
+
+
+def bake(
+    scene: SceneSnapshot, trace: Callable[..., Hits], instances: tuple[Instance, ...], settings: dict[str, object]
+) -> Asset:
+    """The surface radiance of these instances, each on the sides from which it can be seen: one asset for the scene.
+
+    trace: as in core/job.py. Costs at most 2 + surface_levels bundles, whatever the number of instances."""
+    soup = soup_of(scene, instances)
+    lift = LIFT * max(scene.diagonal(), 1e-30)
+
+    def ask(points: np.ndarray, normals: np.ndarray, _owner) -> np.ndarray:
+        start = points + normals * np.maximum(lift, LIFT_ROUNDING * np.abs(points).max(-1, keepdims=True))
+        rays = Rays(start.astype(np.float32), -normals.astype(np.float32))
+        return trace(rays, samples=int(settings["surface_samples"])).radiance.astype(np.float64)
+
+    # A mirror shows another thing to everyone: what it shows straight above is kept, and not worth a subdivision.
+    shortest = np.array(
+        [np.inf if i.is_reflector else FINEST * np.ptp(scene.world_positions(i), axis=0).max() for i in instances]
+    )
+    noise = noise_of(soup, ask) if len(soup.place) else 0.0
+    tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
+    soup, values = refine(soup, ask, tolerance, levels, shortest, noise)
+    meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
+    return asset_of(scene, meshes, settings)
+
+
+def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:
+    """The instances' triangles as one, once for each side from which they can be seen."""
+    centres = [np.mean(scene.bounds([r]), axis=0) for r in scene.reflectors()]
+    points, columns = [np.zeros((0, 3))], [[] for _ in range(5)]
+    first_place = first_sample = 0
+    for owner, instance in enumerate(instances):
+        mesh, world = scene.meshes[instance.mesh], scene.world_positions(instance)
+        _, first, place = np.unique(mesh.positions, axis=0, return_index=True, return_inverse=True)
+        place = place.ravel()[mesh.triangles]
+        # The numbers that make two corners of a vertex one sample.
+        normal = np.round(mesh.corner_normals / SAME_NORMAL).astype(np.int64)
+        material = np.broadcast_to(np.asarray(mesh.material_index)[:, None, None], (*place.shape, 1))
+        key = np.concatenate([place[..., None], normal, material], -1).reshape(-1, 5)
+        _, sample = np.unique(key, axis=0, return_inverse=True)
+        count = len(place)
+        for side in _sides(scene, instance, place, world[mesh.triangles], centres):
+            new = place + first_place, sample.reshape(-1, 3) + first_sample, np.arange(count), side, owner
+            for column, values in zip(columns, new, strict=True):
+                column.append(np.broadcast_to(values, (count,)) if np.ndim(values) == 0 else values)
+            first_sample += int(sample.max(initial=-1)) + 1
+        points.append(world[first])
+        first_place += len(first)
+    if not columns[0]:
+        columns = [[np.zeros((0, 3), int)], [np.zeros((0, 3), int)], *([np.zeros(0, int)] for _ in range(3))]
+    place, sample, face, side, owner = (np.concatenate(column) for column in columns)
+    weights = np.broadcast_to(np.eye(3), (len(place), 3, 3))
+    return Soup(np.concatenate(points), place, sample, face, weights, side.astype(float), owner)
+
+
+def noise_of(soup: Soup, ask: Ask) -> float:
+    """The relative difference between an answer and what its neighbours say that noise alone can make."""
+    corner = np.linspace(0, soup.place.size - 1, min(TWICE, soup.place.size)).astype(int)
+    triangle = np.concatenate([corner // 3, corner // 3])
+    corners = soup.points[soup.place[triangle]]
+    cross = soup.side[triangle, None] * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = cross / np.maximum(np.linalg.norm(cross, axis=-1, keepdims=True), 1e-300)
+    first, second = np.split(ask(corners.mean(1), normals, soup.owner[triangle]), 2)
+    bright = np.maximum(np.abs(first), np.abs(second)).max(1)
+    scale = np.maximum(bright, max(bright.mean() * 0.1, 1e-9))
+    return NOISE_TIMES * float(np.quantile(np.abs(first - second).max(1) / scale, NOISE_QUANTILE))
+
+
+def _sides(scene: SceneSnapshot, instance: Instance, place: np.ndarray, corners: np.ndarray, centres) -> tuple[float, ...]:
+    """1 and -1: a closed mesh is seen on its outside, by reflectors in it on its inside; all others on both."""
+    directed = np.concatenate([place[:, [0, 1]], place[:, [1, 2]], place[:, [2, 0]]])
+    if len(np.unique(directed, axis=0)) < len(directed):
+        return (1.0, -1.0)  # neighbours wind in opposite ways: nobody knows which side is out
+    inside = {False} | {contains(scene, instance, centre) for centre in centres}
+    return tuple(sorted({side for where in inside for side in visible_sides(place, corners, where)}))
+
+
+def _mesh_of(scene: SceneSnapshot, instance: Instance, soup: Soup, values: np.ndarray, mine: np.ndarray) -> SurfaceMesh:
+    samples, first, vertex = np.unique(soup.sample[mine], return_index=True, return_inverse=True)
+    triangles = vertex.reshape(-1, 3).astype(np.int32)
+    triangles[soup.side[mine] < 0] = triangles[soup.side[mine] < 0][:, ::-1]
+    at, corner = first // 3, first % 3
+    face, side = soup.face[mine][at], soup.side[mine][at]
+    weights = soup.weights[mine][at, corner]
+    mesh = scene.meshes[instance.mesh]
+    positions, normals = on_faces(mesh, face, weights, side)
+    radiance = np.nan_to_num(values[samples], nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
+    return SurfaceMesh(
+        positions, normals, radiance, triangles, face.astype(np.int32), weights.astype(np.float32),
+        side.astype(np.float32), len(mesh.triangles), mesh.key,
+    )  # fmt: skip

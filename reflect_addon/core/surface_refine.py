@@ -1,0 +1,258 @@
+"""Subdividing a mesh where a function on its surface changes, and nowhere else.
+
+Problem. Radiance known per vertex is only as fine as the mesh: a shadow on two large triangles is lost, while ten
+thousand vertices under an even sky say one thing ten thousand times.
+Idea. Ask the function between the vertices (at edges' midpoints and inside triangles) and split where the answer differs
+from what interpolation says. Edges are split, not triangles: a marked edge is split in every triangle that has it, into
+2, 3 or 4 parts, so there are no T-junctions; and whenever an edge of a triangle is marked, so is its longest, which
+keeps angles from degenerating [Plaza and Carey 2000, refinement of the skeleton]. All instances are refined together, one
+bundle of questions a level, because asking has a price of its own.
+Two numbers a corner: its *place* (which edges and cracks depend on) and its *sample* (the value): where a mesh has a
+sharp edge, and on the two sides of a sheet, one place has several samples.
+Limits. What is narrower than the distance of the questions may be missed. A difference within the answers' own noise is
+never a reason to split, so noisy answers give a coarser mesh.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+# Questions inside a triangle stand this many to a side at most ...
+MOST_INSIDE = 16
+# ... and as densely as this share of the owner's size, so that a spot in the middle of a large floor is found.
+APART = 1 / 12
+# Differences are judged relative to the radiance there, but not to less than this share of the owner's mean.
+DARK = 0.1
+
+
+@dataclass(frozen=True)
+class Soup:
+    """Triangles of any number of instances. T triangles, P places, S samples.
+
+    `weights` say where a corner lies in the triangle `face` of the instance's own mesh, so that whatever is done to that
+    mesh later can be done to the corner.
+    """
+
+    points: np.ndarray  # (P, 3) float64, world, m
+    place: np.ndarray  # (T, 3) int into points
+    sample: np.ndarray  # (T, 3) int: corners with the same value
+    face: np.ndarray  # (T,) int
+    weights: np.ndarray  # (T, 3, 3) float64: barycentric coordinates of each corner in that face
+    side: np.ndarray  # (T,) float, 1 or -1: the side of the triangle that is seen
+    owner: np.ndarray  # (T,) int: instance
+
+
+# (points (N, 3), normals (N, 3), owner (N,)) -> (N, 3) values. Normals are of the triangle, towards its side.
+Ask = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def refine(
+    soup: Soup, ask: Ask, tolerance: float, levels: int, shortest: np.ndarray, noise: float = 0.0, most: int = 1 << 18
+) -> tuple[Soup, np.ndarray]:
+    """(refined soup, (S, 3) float64 value of each sample).
+
+    tolerance: largest relative difference between the function and its interpolation that is left where the levels allow
+    it. shortest (owners,): edges below this length, m, are never split. most: samples after which no edge is split.
+    """
+    values = np.zeros((0, 3))
+    fresh_triangles = np.ones(len(soup.place), bool)
+    for level in range(levels + 1):
+        may = fresh_triangles & (_longest(soup) > shortest[soup.owner]) & (level < levels) & (len(values) < most)
+        corners, edges, inside = _first_of(soup.sample.ravel(), len(values)), _edges(soup, may), _inside(soup, may)
+        points = np.concatenate([_corner_points(soup, corners), edges.middle, inside.points])
+        triangle = np.concatenate([corners // 3, edges.triangle, inside.triangle])
+        if not len(points):
+            break
+        answers = ask(points, normals(soup)[triangle], soup.owner[triangle])
+        own, at_edges, within = np.split(answers, np.cumsum([len(corners), len(edges.middle)]))
+        values = np.concatenate([values, own])
+        if not len(edges.middle):
+            break
+        brightness = _brightness(soup, values)
+        off = np.abs(at_edges - values[edges.samples].mean(1)).max(1)
+        marked = off > (tolerance + noise) * _scale(brightness, soup.owner[edges.triangle], at_edges)
+        told = np.einsum("nk,nkc->nc", inside.weights, values[soup.sample[inside.triangle]])
+        off = np.abs(within - told).max(1)
+        wrong = np.zeros(len(soup.place), bool)
+        wrong[inside.triangle[off > (tolerance + noise) * _scale(brightness, soup.owner[inside.triangle], within)]] = True
+        soup, fresh_triangles = _split(soup, edges, marked, wrong, shortest)
+    return soup, values
+
+
+def normals(soup: Soup) -> np.ndarray:
+    """(T, 3) unit normals towards the seen side."""
+    corners = soup.points[soup.place]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(cross, axis=-1, keepdims=True)
+    return soup.side[:, None] * cross / np.where(length > 0, length, 1)
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """Edges that may be split, one for each pair of samples."""
+
+    triangle: np.ndarray  # (E,) a triangle that has it
+    samples: np.ndarray  # (E, 2)
+    places: np.ndarray  # (E, 2), sorted
+    middle: np.ndarray  # (E, 3) world, a little inside the triangle
+
+
+@dataclass(frozen=True)
+class _Inside:
+    points: np.ndarray  # (N, 3)
+    triangle: np.ndarray  # (N,)
+    weights: np.ndarray  # (N, 3)
+
+
+# Questions at edges and corners are moved this share of the way to the triangle's middle: what lies beyond a concave
+# edge must not answer.
+INWARDS = 1e-3
+
+
+def _first_of(numbers: np.ndarray, known: int) -> np.ndarray:
+    """Index of the first occurrence of each number from `known` on, in the numbers' order."""
+    unique, first = np.unique(numbers, return_index=True)
+    return first[unique >= known]
+
+
+def _corner_points(soup: Soup, corners: np.ndarray) -> np.ndarray:
+    triangle, k = corners // 3, corners % 3
+    middle = soup.points[soup.place[triangle]].mean(1)
+    return soup.points[soup.place[triangle, k]] * (1 - INWARDS) + middle * INWARDS
+
+
+_PAIRS = np.array([[0, 1], [1, 2], [2, 0]])
+
+
+def _edges(soup: Soup, active: np.ndarray) -> _Edges:
+    triangle = np.repeat(np.flatnonzero(active), 3)
+    pair = np.tile(_PAIRS, (len(triangle) // 3, 1))
+    samples = np.take_along_axis(soup.sample[triangle], pair, 1)
+    places = np.take_along_axis(soup.place[triangle], pair, 1)
+    _, first = np.unique(np.sort(samples, 1), axis=0, return_index=True)
+    triangle, samples, places = triangle[first], samples[first], places[first]
+    centre = soup.points[soup.place[triangle]].mean(1)
+    middle = soup.points[places].mean(1) * (1 - INWARDS) + centre * INWARDS
+    return _Edges(triangle, samples, np.sort(places, 1), middle)
+
+
+def _inside(soup: Soup, active: np.ndarray) -> _Inside:
+    """A triangular grid of questions inside each active triangle, as many as its size asks for: none in small ones, whose
+    edges are asked anyway."""
+    chosen = np.flatnonzero(active)
+    count = _longest(soup)[chosen] / np.maximum(APART * _sizes(soup)[soup.owner[chosen]], 1e-300)
+    chosen, count = chosen[count > 1], np.minimum(np.ceil(count[count > 1]), MOST_INSIDE).astype(int)
+    points, triangles, weights = [np.zeros((0, 3))], [np.zeros(0, int)], [np.zeros((0, 3))]
+    for n in np.unique(count):
+        i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+        i, j = i[i + j < n], j[i + j < n]
+        w = np.stack([(i + 1 / 3) / n, (j + 1 / 3) / n], -1)
+        w = np.column_stack([w, 1 - w.sum(1)])
+        mine = chosen[count == n]
+        points.append(np.einsum("nk,tkx->tnx", w, soup.points[soup.place[mine]]).reshape(-1, 3))
+        triangles.append(np.repeat(mine, len(w)))
+        weights.append(np.tile(w, (len(mine), 1)))
+    return _Inside(np.concatenate(points), np.concatenate(triangles), np.concatenate(weights))
+
+
+def _longest(soup: Soup) -> np.ndarray:
+    """(T,) length of each triangle's longest edge, m."""
+    corners = soup.points[soup.place]
+    return np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=-1).max(1, initial=0)
+
+
+def _sizes(soup: Soup) -> np.ndarray:
+    """(owners,) the longest side of each instance's bounding box, m."""
+    owners = int(soup.owner.max(initial=-1)) + 1
+    low, high = np.full((owners, 3), np.inf), np.full((owners, 3), -np.inf)
+    corners = soup.points[soup.place]
+    np.minimum.at(low, soup.owner, corners.min(1))
+    np.maximum.at(high, soup.owner, corners.max(1))
+    return np.where(np.isfinite(low), high - low, 0).max(1, initial=0)
+
+
+def _brightness(soup: Soup, values: np.ndarray) -> np.ndarray:
+    """(owners,) mean over an instance's triangles of the brightest channel."""
+    bright = np.abs(values[soup.sample]).max((1, 2), initial=0)
+    count = np.bincount(soup.owner)
+    return np.bincount(soup.owner, weights=bright) / np.maximum(count, 1)
+
+
+def _scale(brightness: np.ndarray, owner: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.maximum(np.maximum(np.abs(values).max(1), DARK * brightness[owner]), 1e-9)
+
+
+def _split(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
+    """(soup with the marked edges split and neighbours closed, (T,) bool: triangles that are new)."""
+    pairs = np.sort(soup.place[:, _PAIRS], axis=-1)  # (T, 3, 2)
+    keys, edge_of = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
+    edge_of = edge_of.reshape(-1, 3)
+    length = np.linalg.norm(soup.points[keys[:, 0]] - soup.points[keys[:, 1]], axis=-1)
+    limit = np.full(len(keys), np.inf)
+    np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest[soup.owner], 3))
+    mark = np.zeros(len(keys), bool)
+    at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], edges.places[marked] @ [len(soup.points) + 1, 1])
+    mark[at] = True
+    mark[edge_of[wrong].ravel()] = True
+    mark &= length > limit
+    longest = np.take_along_axis(edge_of, length[edge_of].argmax(1)[:, None], 1)[:, 0]
+    while True:
+        needs = mark[edge_of].any(1) & ~mark[longest]
+        if not needs.any():
+            break
+        mark[longest[needs]] = True
+    return _cut(soup, keys, edge_of, mark)
+
+
+def _cut(soup: Soup, keys: np.ndarray, edge_of: np.ndarray, mark: np.ndarray) -> tuple[Soup, np.ndarray]:
+    number = np.cumsum(mark) - 1
+    points = np.concatenate([soup.points, soup.points[keys[mark]].mean(1)])
+    split = mark[edge_of]
+    # New samples: one for each pair of samples along a marked edge.
+    triangle, k = np.nonzero(split)
+    ends = np.sort(np.stack([soup.sample[triangle, k], soup.sample[triangle, (k + 1) % 3]], -1), 1)
+    _, which = np.unique(ends, axis=0, return_inverse=True)
+    new_sample = np.full(split.shape, -1)
+    new_sample[triangle, k] = which.ravel() + int(soup.sample.max(initial=-1)) + 1
+    # Corners 0..2 and midpoints 3..5 (3 between 0 and 1, ...) of every triangle.
+    place = np.concatenate([soup.place, len(soup.points) + number[edge_of]], 1)
+    sample = np.concatenate([soup.sample, new_sample], 1)
+    weights = np.concatenate([soup.weights, soup.weights[:, _PAIRS].mean(2)], 1)
+    lengths = np.linalg.norm(soup.points[soup.place[:, [1, 2, 0]]] - soup.points[soup.place], axis=-1)
+    pieces: list[tuple[np.ndarray, np.ndarray]] = []
+    pattern = split @ [1, 2, 4]
+    for code in np.unique(pattern):
+        rows = np.flatnonzero(pattern == code)
+        for first in range(3):  # the longest edge
+            mine = rows[lengths[rows].argmax(1) == first]
+            if len(mine):
+                turn = np.concatenate([(np.arange(3) + first) % 3, (np.arange(3) + first) % 3 + 3])
+                pieces.append((mine, turn[_PIECES[tuple(bool(code >> (first + i) % 3 & 1) for i in range(3))]]))
+    owner_rows = np.concatenate([np.repeat(mine, len(parts)) for mine, parts in pieces])
+    corner = np.concatenate([np.tile(parts, (len(mine), 1)) for mine, parts in pieces])
+    fresh = split.any(1)[owner_rows]
+    return (
+        replace(
+            soup,
+            points=points,
+            place=np.take_along_axis(place[owner_rows], corner, 1),
+            sample=np.take_along_axis(sample[owner_rows], corner, 1),
+            face=soup.face[owner_rows],
+            weights=np.take_along_axis(weights[owner_rows], corner[..., None], 1),
+            side=soup.side[owner_rows],
+            owner=soup.owner[owner_rows],
+        ),
+        fresh,
+    )
+
+
+# How a triangle whose longest edge is its first falls into parts, by which of its edges are split (the longest is, when
+# any is). Corners 0, 1, 2; midpoints 3 (of 0-1), 4 (of 1-2), 5 (of 2-0).
+_PIECES = {
+    (False, False, False): [(0, 1, 2)],
+    (True, False, False): [(0, 3, 2), (3, 1, 2)],
+    (True, True, False): [(0, 3, 2), (3, 1, 4), (3, 4, 2)],
+    (True, False, True): [(0, 3, 5), (3, 2, 5), (3, 1, 2)],
+    (True, True, True): [(0, 3, 5), (3, 2, 5), (3, 1, 4), (3, 4, 2)],
+}

@@ -1,0 +1,113 @@
+"""Assets follow the scene on the GPU: captures into their atlases, and another table; nothing else is uploaded.
+
+A camera's move changes no snapshot, so nothing comes here; a snapshot in which nothing concerns an asset costs a
+comparison of its parts.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..core.asset import Asset
+from ..core.billboard_follow import Shot, State, can_follow, follow, start
+from ..core.snapshot import SceneSnapshot
+from ..core.surface_asset import SurfaceMesh, meshes_of
+from .capture import AtlasBlock, Capture, CaptureTarget, SurfaceBuffer
+from .counts import Counts
+from .fill import TextureCache
+from .state import drawing_state
+from .upload import read_texture, texture_from
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What one look at the scene did to all assets."""
+
+    remade: int = 0  # stand-ins captured
+    moved: int = 0  # stand-ins that stand elsewhere than where they were captured
+    stale: tuple[str, ...] = ()  # instances whose stand-ins are old: no surface radiance, or other triangles
+
+
+class Followers:
+    """The followers of a renderer's assets."""
+
+    def __init__(self, counts: Counts, textures: TextureCache):
+        self.counts, self.textures = counts, textures
+        self._states: dict[int, tuple[Asset, State]] = {}  # by id of the asset as it was baked, which is kept
+        self._shown: dict[int, np.ndarray] = {}  # the table that is on the GPU
+        self._surfaces: tuple[Asset | None, dict[str, SurfaceMesh]] = (None, {})
+        self._buffers: dict[str, tuple[SurfaceMesh, SurfaceBuffer]] = {}  # by instance
+        self._blocks: dict[int, AtlasBlock] = {}
+        self._target: CaptureTarget | None = None
+        self._capture = Capture(counts)
+
+    def update(self, scene: SceneSnapshot, assets: Iterable[Asset], surfaces: Asset | None) -> Followed:
+        """Bring every asset that can follow to the scene as it is. surfaces: an asset of core/surface_asset.py or None.
+
+        Not inside another drawing_state. ReflectError when the surfaces' tables are damaged."""
+        used = {id(asset): asset for asset in assets if can_follow(asset)}
+        for kept in (self._states, self._shown, self._blocks):
+            for key in kept.keys() - used.keys():
+                del kept[key]
+        remade = moved = 0
+        stale: set[str] = set()
+        for key, asset in used.items():
+            if key not in self._states:
+                self._states[key], self._shown[key] = (asset, start(asset, scene)), asset.images["billboard_buf"]
+            usable = surfaces is not None and surfaces.light_hash == asset.light_hash
+            step = follow(self._states[key][1], scene, self._meshes(surfaces) if usable else {})
+            self._states[key] = (asset, step.state)
+            if step.shots:
+                self._draw(asset, step.shots)
+            if not np.array_equal(step.table, self._shown[key]):
+                array = asset.images["billboard_buf"]
+                self.textures.replace(array, texture_from("billboard_buf", step.table, self.counts))
+                self._shown[key] = step.table
+            remade, moved = remade + len(step.shots), moved + step.moved
+            stale |= step.state.stale
+        return Followed(remade, moved, tuple(sorted(stale)))
+
+    def asset(self, asset: Asset) -> Asset:
+        """The asset as it is on the GPU, read back: its table, its atlas, its source ('capture' once one was made)."""
+        if id(asset) not in self._states:
+            return asset
+        state = self._states[id(asset)][1]
+        atlas = read_texture(self.textures.texture("billboard_tx", asset.images["billboard_tx"]), self.counts)
+        images = {"billboard_tx": atlas.astype(np.float16), "billboard_buf": self._shown[id(asset)]}
+        return replace(state.asset, images={**asset.images, **images})
+
+    def bytes(self) -> int:
+        """Memory on the GPU besides the assets' own."""
+        return sum(b.bytes for _, b in self._buffers.values()) + (self._target.bytes if self._target else 0)
+
+    def free(self):
+        """Let go of everything on the GPU."""
+        self._states, self._shown, self._buffers, self._blocks, self._target = {}, {}, {}, {}, None
+
+    def _meshes(self, surfaces: Asset) -> dict[str, SurfaceMesh]:
+        if self._surfaces[0] is not surfaces:
+            self._surfaces, self._buffers = (surfaces, meshes_of(surfaces)), {}
+        return self._surfaces[1]
+
+    def _draw(self, asset: Asset, shots: tuple[Shot, ...]):
+        side = [max(shot.placed.width for shot in shots), max(shot.placed.height for shot in shots)]
+        target = self._target
+        if target is None or target.width < side[0] or target.height < side[1]:
+            before = (target.width, target.height) if target else (0, 0)
+            self._target = target = CaptureTarget(max(side[0], before[0]), max(side[1], before[1]), self.counts)
+        if id(asset) not in self._blocks:
+            atlas = self.textures.texture("billboard_tx", asset.images["billboard_tx"])
+            self._blocks[id(asset)] = AtlasBlock(atlas, self.counts)
+        with drawing_state():
+            for shot in shots:
+                things = [(self._buffer(shot), shot.instance.world_from_object)]
+                self._capture.draw(things, shot.camera, target)
+                self._blocks[id(asset)].fill(target, shot.placed, asset.uniforms["billboard_scale"])
+                self.counts.captures += 1
+
+    def _buffer(self, shot: Shot) -> SurfaceBuffer:
+        name = shot.instance.name
+        if name not in self._buffers or self._buffers[name][0].positions is not shot.surface.positions:
+            self._buffers[name] = (shot.surface, SurfaceBuffer(shot.surface, self.counts))
+        return self._buffers[name][1]
