@@ -1,0 +1,135 @@
+"""Targets of popescu-2006 on depth maps: what a search costs and where it ends, against marches, over m and n.
+
+All times are ratios within this run, all counts are deterministic.
+"""
+
+import numpy as np
+
+from ..core import srdm, srdm_greedy, srdm_optimal
+from ..core.depth_camera import fit
+from ..core.depth_fit import DepthView
+from ..core.kernel import Counts, record, run_numpy
+from ..core.methods import depth_maps, environment
+from . import epipolar
+from .bench_depth_scene import SIZE, Bench, depth_scene, part, search_only
+from .frame import open_frame
+
+TURNS, FRAMES = 11, 3
+# P14 and P16: the paper's points per row, its frames per second and its errors.
+SPEED = {6: 25, 8: 20, 12: 17, 16: 16}
+ERROR = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
+# P17: angular increments of Fig 14, degrees.
+INCREMENTS = (20, 10, 3, 2)
+# Every so many rows of all turns are simplified for P16's optimum, which takes much longer than the greedy way.
+SHARE_OF_ROWS = 37
+
+
+def measure(progress) -> list[dict]:
+    """Rows for targets.json."""
+    scene, name = depth_scene()
+    with open_frame(scene, None) as snapshot:
+        bench = Bench(scene, snapshot)
+        progress(0.2, f"popescu: depth maps of {name}")
+        rows = [*_accuracy(bench, name), *_outlines(bench)]
+        progress(0.5, "popescu: timing depth maps")
+        return rows + _against_the_march(bench) + _frames(bench)
+
+
+def _accuracy(bench: Bench, name: str) -> list[dict]:
+    """P16: what poly-lines lose of the depth map."""
+    vertices = bench.snapshot.world_positions(bench.object)
+    camera = fit(vertices, bench.snapshot.named()["Mirror"].world_from_object[:3, 3] - vertices.mean(0))
+    depth = DepthView("Object", camera).depth(bench, bench.object, 256)
+    turned = srdm.rotated_rows(depth, 60)
+    greedy = [_z_error(camera, turned, srdm_greedy.simplify, m) for m in ERROR]
+    some = turned[::SHARE_OF_ROWS]
+    optimal, same = ([_z_error(camera, some, f, m) for m in ERROR] for f in (srdm_optimal.simplify, srdm_greedy.simplify))
+    ratio = [a / b for a, b in zip(optimal, same, strict=True)]
+    how = f"Mean error of z over the depth range (the paper: over z), {name}, 256x256, n = 60, m = {list(ERROR)}"
+    return [
+        _row("P16", list(ERROR.values()), greedy, list(ERROR.values()), _below(greedy, ERROR.values()), f"{how}, greedy."),
+        _row("P16-optimal", None, ratio, 0.75, max(ratio) <= 0.75, f"{how}: optimal over greedy, every {SHARE_OF_ROWS}th row."),
+    ]
+
+
+def _z_error(camera, turned: np.ndarray, simplify, m: int) -> float:
+    shown = srdm.heights(simplify(srdm.with_spans(turned, m), m), turned.shape[1])
+    off = np.abs(camera.depth(shown) - camera.depth(turned.astype(np.float64)))[~np.isnan(turned)]
+    extent = camera.depth(np.nanmin(turned)) - camera.depth(np.nanmax(turned))
+    # What a row has no span for is as wrong as can be.
+    return float(np.mean(np.where(np.isnan(off), extent, off)) / extent)
+
+
+def _outlines(bench: Bench) -> list[dict]:
+    """P17: edges over n, and what the second row is worth."""
+    edges = [bench.edge_error(bench.asset(turns=180 // step)) for step in INCREMENTS]
+    three = edges[INCREMENTS.index(3)]
+    two_rows = bench.edge_error(bench.asset(turns=18, rows=2))
+    errors = [
+        float(np.median(bench.errors(depth_maps.trace, bench.asset(**s), bench.near())))
+        for s in ({"turns": 18, "rows": 2}, {"turns": 60})
+    ]
+    how = f"Distance in pixels between the outlines of the object's reflection and of the mesh's, {SIZE[0]}x{SIZE[1]}"
+    steps = ", ".join(map(str, INCREMENTS))
+    return [
+        _row("P17", None, edges, [None, None, 1.0, 1.0], max(edges[2:]) <= 1.0, f"{how}, at {steps} degrees an increment."),
+        _row("I3-two-rows", None, two_rows, three, two_rows <= three, f"{how}: n = 18 with two rows against n = 60 with one."),
+        _row("I3-two-rows-hits", None, errors[0], errors[1], errors[0] <= errors[1], "The same, median hit error over the diagonal."),
+    ]
+
+
+def _against_the_march(bench: Bench) -> list[dict]:
+    """P3, P18 and the issue's factor: the same rays and the same depth map."""
+    from ..gpu.fill import RayBundle
+    from ..gpu.timing import time_in_turns
+
+    near = bench.near()
+    rays, eight, plain = part(bench.rays, near), bench.asset(points=8), bench.asset(points=16, refine=False)
+    steps = {}
+    for what, kernel, asset in (("march", epipolar.trace, eight), ("rows", depth_maps.trace, plain)):
+        counts = Counts()
+        run_numpy(record(kernel, asset), asset, rays, counts=counts)
+        steps[what] = counts.steps_per_ray - 1  # the loop over maps takes one
+    bundle = RayBundle(rays)
+    works = [
+        (search_only(), eight), (search_only(epipolar.march), eight), (depth_maps.trace, eight), (epipolar.trace, eight)
+    ]  # fmt: skip
+    times = time_in_turns([bundle.work(asset, kernel) for kernel, asset in works], TURNS, FRAMES)
+    ours, march = (bench.errors(kernel, eight, near) for kernel in (depth_maps.trace, epipolar.trace))
+    quantiles = [np.percentile(e, (50, 95)).tolist() for e in (ours, march)]
+    no_worse = bool(np.all(np.array(quantiles[0]) <= quantiles[1]))
+    factor = times.ratio(1, 0)
+    what = f"{len(rays)} rays that pass the object's bounding sphere, one 256x256 map; the march reads {steps['march']:.0f} texels a ray"
+    return [
+        _row("P3", 1.4e6, [len(rays) / times.median(2) * 1e3, times.ratio(3, 2)], [None, 1.0], times.ratio(3, 2) > 1,
+             f"Rays a second with m = 8, colours included, and how many times as many as the march's; {what}."),
+        _row("I3-march", None, factor, 4.0, factor >= 4, f"Search alone, m = 8: march's time over ours; {what}."),
+        _row("I3-march-error", None, quantiles[0], quantiles[1], no_worse, "Hit error over the diagonal, 50 and 95 %; target: the march's."),
+        _row("P18", 63, 2 * steps["rows"], 15, 2 * steps["rows"] <= 15, f"Segments looked at a ray, m = 16; {what}."),
+    ]  # fmt: skip
+
+
+def _frames(bench: Bench) -> list[dict]:
+    """P14, P15 and the cost over an environment map: whole frames."""
+    from ..gpu.timing import time_in_turns
+
+    assets = [bench.asset(environment, samples=1), *(bench.asset(points=m) for m in SPEED)]
+    assets += [bench.asset(points=8, turns=n) for n in (18, 180)]
+    times = time_in_turns([bench.frame(asset) for asset in assets], TURNS, FRAMES)
+    order = list(SPEED)
+    over = [times.ratio(1 + i, 1) for i in range(len(order))]
+    cost, change = times.ratio(1 + order.index(8), 0), times.ratio(6, 5)
+    frame = f"Whole frames, {SIZE[0]}x{SIZE[1]}, one map"
+    return [
+        _row("I3-environment", None, cost, 2.5, cost <= 2.5, f"{frame}, m = 8: time over environment's."),
+        _row("P14", [25 / v for v in SPEED.values()], over, 1.56, over[-1] <= 1.56, f"{frame}: time over that of m = 6 for m = {order}."),
+        _row("P15", 1.0, change, [0.97, 1.03], 0.97 <= change <= 1.03, f"{frame}, m = 8: time with n = 180 over n = 18."),
+    ]
+
+
+def _below(values, limits) -> bool:
+    return all(a <= b for a, b in zip(values, limits, strict=True))
+
+
+def _row(name: str, paper, ours, target, holds: bool, how: str) -> dict:
+    return {"id": name, "paper": paper, "ours": ours, "target": target, "holds": bool(holds), "how": how}
