@@ -61,16 +61,17 @@ def _priority(q: np.ndarray, a: np.ndarray, b: np.ndarray, column: np.ndarray) -
     if not len(some):
         return out
     a, b, column = a[some], b[some], column[some]
-    length = b - a
+    length = (b - a).astype(np.int32)
     inner = length - 1
     stop = np.cumsum(inner)
     start = stop - inner
-    k = np.arange(1, stop[-1] + 1) - np.repeat(start, inner)
+    k = np.arange(1, stop[-1] + 1, dtype=np.int32) - np.repeat(start.astype(np.int32), inner)
     # How far a sample is off the segment, times the segment's length: at most STEPS * MAX_SIDE.
-    rise = np.repeat(q[b] - q[a], inner)
-    off = np.abs((q[k + np.repeat(a, inner)] - np.repeat(q[a], inner)) * np.repeat(length, inner) - rise * k)
+    rise = q[b] - q[a]
+    off = (q[k + np.repeat(a, inner)] - np.repeat(q[a], inner)) * np.repeat(length, inner)
+    off = np.abs(off - np.repeat(rise, inner) * k)
     # The sample below the error: the largest sum is the largest error, the first one on a tie.
-    largest = np.maximum.reduceat((off * MAX_SIDE) + (_PLACE - k), start)
+    largest = np.maximum.reduceat(off.astype(np.int64) * MAX_SIDE + (_PLACE - k), start)
     off, k = largest // MAX_SIDE, _PLACE - largest % MAX_SIDE
     error = (off * PARTS + length - 1) // length  # rounded up: only what is met exactly has none
     out[some] = np.where(off > 0, error * MAX_SIDE + (_PLACE - column - k), 0)
