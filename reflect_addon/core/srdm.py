@@ -56,10 +56,10 @@ def turns(n: int) -> np.ndarray:
 
 def check(w: int, n: int, m: int):
     """ReflectError when a map of w x w texels cannot be given n turns of m points."""
-    if not (1 <= w <= MAX_SIDE and n >= 1 and m >= 2):
+    if not (1 <= w <= MAX_SIDE and n >= 1 and 2 <= m <= MAX_SIDE):
         raise ReflectError(
             f"A depth map of {w} texels a side, {n} turns and {m} points cannot be simplified.",
-            f"Choose 1 to {MAX_SIDE} texels, at least 1 turn and at least 2 points.",
+            f"Choose 1 to {MAX_SIDE} texels, at least 1 turn and 2 to {MAX_SIDE} points.",
         )
 
 

@@ -1,0 +1,191 @@
+// Simplified rotated depth maps, a turned row per invocation: core/srdm.py and srdm_greedy.py, number by number.
+//
+// map: x = side w of the depth map, y = turns n, z = points m. places: xy = the map's first texel in depth_buf, zw = the
+// table's in table_img. depth_buf: x = q, below zero for background. turns_buf: texel i = cosine and sine of turn i in
+// steps of 2^-TURN_BITS. SIDE >= w and SLOTS >= m - 1 size what an invocation keeps to itself. All decisions are whole.
+
+const uint PLACE = 1023u;  // ten bits: a sample, or a slot
+
+ivec2 first_sample;  // of the row, and from one sample to the next; in parts of a texel
+ivec2 next_sample;
+uint row[SIDE / 2];  // depth steps of the row's samples, two in a word
+uint segments[SLOTS];  // first sample | last sample << 10 | slot of the segment to the right << 20
+uint priorities[SLOTS];  // error << 10 | the worst sample counted from the right; 0 needs no split
+
+ivec2 texel_of(int k)
+{
+  return (first_sample + k * next_sample) >> (TURN_BITS + 1);
+}
+
+float depth_at(int k)
+{
+  return texelFetch(depth_buf, ivec2(places.xy) + texel_of(k), 0).x;
+}
+
+int steps_at(int k)
+{
+  return int((row[k >> 1] >> uint((k & 1) << 4)) & 0xffffu);
+}
+
+int first_of(uint segment)
+{
+  return int(segment & PLACE);
+}
+
+int last_of(uint segment)
+{
+  return int((segment >> 10u) & PLACE);
+}
+
+uint priority_of(int a, int b)
+{
+  int span = b - a;
+  int start = steps_at(a), rise = steps_at(b) - start;
+  int risen = 0, largest = 0, worst = a;
+  for (int k = a + 1; k < b; ++k) {
+    risen += rise;
+    int off = abs((steps_at(k) - start) * span - risen);
+    if (off > largest) {
+      largest = off;
+      worst = k;
+    }
+  }
+  if (largest == 0) {
+    return 0u;
+  }
+  uint error = (uint(largest) * uint(PARTS) + uint(span - 1)) / uint(span);
+  return (error << 10u) | (PLACE - uint(worst));
+}
+
+// Keeps the span a..b; of more than `most` the longest, the left ones on a tie. Returns how many are kept.
+int keep_span(int a, int b, int kept, int most)
+{
+  uint span = uint(a) | (uint(b) << 10u);
+  if (kept < most) {
+    segments[kept] = span;
+    return kept + 1;
+  }
+  int victim = 0, shortest = SIDE;
+  for (int s = 0; s < most; ++s) {
+    int size = last_of(segments[s]) - first_of(segments[s]);
+    if (size <= shortest) {
+      shortest = size;
+      victim = s;
+    }
+  }
+  if (b - a > shortest) {
+    for (int s = victim + 1; s < most; ++s) {
+      segments[s - 1] = segments[s];
+    }
+    segments[most - 1] = span;
+  }
+  return kept;
+}
+
+// Walks the row: fills `row`, keeps its spans in the first slots. Returns how many.
+int find_spans(int side, int most)
+{
+  int kept = 0, begun = -1;
+  uint even = 0u;
+  for (int k = 0; k <= side; ++k) {
+    ivec2 texel = texel_of(k);
+    float q = -1.0;
+    if (k < side && all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(side)))) {
+      q = texelFetch(depth_buf, ivec2(places.xy) + texel, 0).x;
+    }
+    uint steps = uint(clamp(q * float(STEPS), 0.0, float(STEPS - 1)));
+    if ((k & 1) == 1) {
+      row[k >> 1] = even | (steps << 16u);
+    }
+    even = steps;
+    if (q >= 0.0) {
+      begun = (begun < 0) ? k : begun;
+    }
+    else if (begun >= 0) {
+      kept = keep_span(begun, k - 1, kept, most);
+      begun = -1;
+    }
+  }
+  return kept;
+}
+
+// Splits the worst segment where it is worst until m points are used. Returns how many segments there are.
+int split(int spans, int m)
+{
+  int used = spans;
+  for (int s = 0; s < spans; ++s) {
+    priorities[s] = priority_of(first_of(segments[s]), last_of(segments[s]));
+    segments[s] |= uint(s + 1) << 20u;
+  }
+  for (int points = 2 * spans; points < m; ++points) {
+    uint largest = 0u;
+    int slot = 0;
+    for (int s = 0; s < used; ++s) {
+      if (priorities[s] > largest) {
+        largest = priorities[s];
+        slot = s;
+      }
+    }
+    if (largest == 0u) {
+      break;
+    }
+    uint old = segments[slot];
+    uint middle = PLACE - (largest & PLACE);
+    segments[slot] = (old & PLACE) | (middle << 10u) | (uint(used) << 20u);
+    segments[used] = middle | (old & ~PLACE);
+    priorities[slot] = priority_of(first_of(old), int(middle));
+    priorities[used] = priority_of(int(middle), last_of(old));
+    ++used;
+  }
+  return used;
+}
+
+vec2 point_at(int k, bool begins, bool ends)
+{
+  float u = float(k) + 0.5 + (ends ? 0.5 : 0.0);
+  // The sign tells a beginning, so u = 0 must not be.
+  return vec2(begins ? -max(u - 0.5, 0.25) : u, depth_at(k));
+}
+
+// Writes the poly-lines from left to right, two points a texel, and fills up with unused ones.
+void write(int used, int m, ivec2 corner)
+{
+  int slot = 0, left = used, before = -1, last = 0;
+  bool ending = false;
+  for (int c = 0; 2 * c < m; ++c) {
+    vec2 points[2];
+    for (int i = 0; i < 2; ++i) {
+      points[i] = vec2(-FILL, 0.0);
+      if (ending) {
+        points[i] = point_at(last, false, true);
+        ending = false;
+      }
+      else if (left > 0) {
+        int first = first_of(segments[slot]);
+        last = last_of(segments[slot]);
+        points[i] = point_at(first, first != before, false);
+        before = last;
+        slot = int(segments[slot] >> 20u);
+        --left;
+        ending = left == 0 || first_of(segments[slot]) != last;
+      }
+    }
+    imageStore(table_img, corner + ivec2(c, 0), vec4(points[0], points[1]));
+  }
+}
+
+void main()
+{
+  int side = int(map.x), m = int(map.z);
+  int j = int(gl_GlobalInvocationID.x), turn = int(gl_GlobalInvocationID.y);
+  if (j >= side || turn >= int(map.y)) {
+    return;
+  }
+  ivec2 cosine_sine = ivec2(texelFetch(turns_buf, ivec2(turn, 0), 0).xy);
+  int c = cosine_sine.x, s = cosine_sine.y;
+  int along = 1 - side, across = 2 * j + 1 - side;  // twice the first sample's distances from the middle
+  first_sample = (side << TURN_BITS) + ivec2(along * c - across * s, along * s + across * c);
+  next_sample = 2 * ivec2(c, s);
+  int used = split(find_spans(side, m / 2), m);
+  write(used, m, ivec2(places.zw) + ivec2(turn * ((m + 1) / 2), j));
+}
