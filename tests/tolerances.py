@@ -84,3 +84,6 @@ PEER_FURNACE = 0.03
 PEER_PIXELS = 0.03
 # popescu-2006 5.2, relative z error of the bunny by points per row: the paper's own figures, held over the depth range.
 SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
+# core/srdm.py: sines in steps of 2^-19 put a corner of the largest map (724 texels from the middle) this far off, texels:
+# half a step in each of sine and cosine.
+SRDM_SAMPLE = 1e-3

@@ -8,19 +8,9 @@ const uint PLACE = 1023u;  // ten bits: a sample, or a slot
 
 ivec2 first_sample;  // of the row, and from one sample to the next; in parts of a texel
 ivec2 next_sample;
-uint row[SIDE / 2];  // depth steps of the row's samples, two in a word
+uint row[SIDE / 2 + 16];  // depth steps of the row's samples, two in a word
 uint segments[SLOTS];  // first sample | last sample << 10 | slot of the segment to the right << 20
 uint priorities[SLOTS];  // error << 10 | the worst sample counted from the right; 0 needs no split
-
-ivec2 texel_of(int k)
-{
-  return (first_sample + k * next_sample) >> (TURN_BITS + 1);
-}
-
-float depth_at(int k)
-{
-  return texelFetch(depth_buf, ivec2(places.xy) + texel_of(k), 0).x;
-}
 
 int steps_at(int k)
 {
@@ -82,28 +72,41 @@ int keep_span(int a, int b, int kept, int most)
   return kept;
 }
 
+// Depth of the row's sample k; -1 beyond the row and outside the map.
+float sample_at(int k, int side)
+{
+  ivec2 texel = (first_sample + k * next_sample) >> (TURN_BITS + 1);
+  bool inside = all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(side))) && k < side;
+  return inside ? texelFetch(depth_buf, ivec2(places.xy) + texel, 0).x : -1.0;
+}
+
 // Walks the row: fills `row`, keeps its spans in the first slots. Returns how many.
 int find_spans(int side, int most)
 {
   int kept = 0, begun = -1;
-  uint even = 0u;
-  for (int k = 0; k <= side; ++k) {
-    ivec2 texel = texel_of(k);
-    float q = -1.0;
-    if (k < side && all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(side)))) {
-      q = texelFetch(depth_buf, ivec2(places.xy) + texel, 0).x;
+  uint before = 0u;
+  // One sample more than there are: the last span ends there. What happens once a span stays out of the walk: software
+  // OpenGL computes both sides of every `if`.
+  for (int start = 0; start <= side; start += 32) {
+    uint solid = 0u;
+    for (int i = 0; i < 32; i += 2) {
+      vec2 q = vec2(sample_at(start + i, side), sample_at(start + i + 1, side));
+      uvec2 steps = uvec2(clamp(q * float(STEPS), 0.0, float(STEPS - 1)));
+      row[(start + i) >> 1] = steps.x | (steps.y << 16u);
+      solid |= (uint(q.x >= 0.0) | (uint(q.y >= 0.0) << 1u)) << uint(i);
     }
-    uint steps = uint(clamp(q * float(STEPS), 0.0, float(STEPS - 1)));
-    if ((k & 1) == 1) {
-      row[k >> 1] = even | (steps << 16u);
-    }
-    even = steps;
-    if (q >= 0.0) {
-      begun = (begun < 0) ? k : begun;
-    }
-    else if (begun >= 0) {
-      kept = keep_span(begun, k - 1, kept, most);
-      begun = -1;
+    uint edges = solid ^ ((solid << 1u) | before);
+    before = solid >> 31u;
+    while (edges != 0u) {
+      int k = start + findLSB(edges);
+      edges &= edges - 1u;
+      if (begun < 0) {
+        begun = k;
+      }
+      else {
+        kept = keep_span(begun, k - 1, kept, most);
+        begun = -1;
+      }
     }
   }
   return kept;
@@ -140,33 +143,27 @@ int split(int spans, int m)
   return used;
 }
 
-vec2 point_at(int k, bool begins, bool ends)
-{
-  float u = float(k) + 0.5 + (ends ? 0.5 : 0.0);
-  // The sign tells a beginning, so u = 0 must not be.
-  return vec2(begins ? -max(u - 0.5, 0.25) : u, depth_at(k));
-}
-
 // Writes the poly-lines from left to right, two points a texel, and fills up with unused ones.
-void write(int used, int m, ivec2 corner)
+void write(int used, int m, int side, ivec2 corner)
 {
-  int slot = 0, left = used, before = -1, last = 0;
-  bool ending = false;
+  int slot = 0, left = used, last = -1;  // last: of the segment before
+  bool ending = false;  // whether that segment's last point is one of its own
   for (int c = 0; 2 * c < m; ++c) {
     vec2 points[2];
     for (int i = 0; i < 2; ++i) {
-      points[i] = vec2(-FILL, 0.0);
-      if (ending) {
-        points[i] = point_at(last, false, true);
+      int first = first_of(segments[slot]);
+      bool unused = left == 0 && !ending, begins = !ending && first != last;
+      int k = ending ? last : first;
+      // Half a texel outwards at a span's ends. The sign tells a beginning, so u = 0 must not be.
+      float u = begins ? -max(float(k), 0.25) : float(k) + (ending ? 1.0 : 0.5);
+      points[i] = unused ? vec2(-FILL, 0.0) : vec2(u, sample_at(k, side));
+      if (ending || unused) {
         ending = false;
       }
-      else if (left > 0) {
-        int first = first_of(segments[slot]);
+      else {
         last = last_of(segments[slot]);
-        points[i] = point_at(first, first != before, false);
-        before = last;
-        slot = int(segments[slot] >> 20u);
         --left;
+        slot = int(segments[slot] >> 20u);
         ending = left == 0 || first_of(segments[slot]) != last;
       }
     }
@@ -187,5 +184,5 @@ void main()
   first_sample = (side << TURN_BITS) + ivec2(along * c - across * s, along * s + across * c);
   next_sample = 2 * ivec2(c, s);
   int used = split(find_spans(side, m / 2), m);
-  write(used, m, ivec2(places.zw) + ivec2(turn * ((m + 1) / 2), j));
+  write(used, m, side, ivec2(places.zw) + ivec2(turn * ((m + 1) / 2), j));
 }
