@@ -9,6 +9,8 @@ of 32 bits, its error in parts of a depth step over its worst sample counted fro
 both. gpu/glsl/srdm.comp.glsl does the same with the same numbers.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .srdm import MAX_SIDE, PARTS, Rows, steps_of, table_of
@@ -16,8 +18,11 @@ from .srdm import MAX_SIDE, PARTS, Rows, steps_of, table_of
 _PLACE = MAX_SIDE - 1  # the bits of a priority that hold a sample
 
 
-def simplify(rows: Rows, m: int) -> np.ndarray:
-    """(R, m, 2) float32 table of the rows' greedy poly-lines."""
+def simplify(rows: Rows, m: int, seen: Callable[[np.ndarray, np.ndarray], object] | None = None) -> np.ndarray:
+    """(R, m, 2) float32 table of the rows' greedy poly-lines.
+
+    `seen(row, samples)` is told how many samples are looked at in each row, step by step: work that can be counted.
+    """
     count, w = rows.depth.shape
     q = steps_of(rows.depth).ravel()
     # Segments of each row: first and last sample (counted over all rows), and priority; 0 for one that needs no split.
@@ -30,6 +35,8 @@ def simplify(rows: Rows, m: int) -> np.ndarray:
     priority = np.zeros((count, slots), np.uint32)
     a[rows.row, place], b[rows.row, place] = first, last
     priority[rows.row, place] = _priority(q, first, last, rows.first)
+    if seen:
+        seen(rows.row, rows.last - rows.first)
     points = 2 * used
     chosen = []
     row = np.flatnonzero(points)
@@ -43,6 +50,8 @@ def simplify(rows: Rows, m: int) -> np.ndarray:
         if not len(row):
             break
         left, right, fresh = a[row, slot], b[row, slot], used[row]
+        if seen:
+            seen(row, right - left)
         middle = base[row] + _PLACE - (worst & _PLACE).astype(np.int64)
         chosen.append(middle)
         b[row, slot] = a[row, fresh] = middle
