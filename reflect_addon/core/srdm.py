@@ -14,8 +14,8 @@ before, so no rubber band is made. A span reaches half a texel beyond its outer 
 left of a row is filled up with (-FILL, 0).
 
 Where we depart. Of rows with more than m / 2 spans the longest are kept. Everything that is decided is decided in whole
-numbers: the texel of a sample from sines in steps of 2^-TURN_BITS (a turn is off by 1e-6 radians, no sample by more than
-5e-4 texels), the split from depths in STEPS steps and errors in parts of 1 / PARTS of one. So NumPy and a compute shader
+numbers: the texel of a sample from sines in steps of 2^-TURN_BITS (a turn is off by some 1e-6 radians, no sample by more
+than 1e-3 texels), the split from depths in STEPS steps and errors in parts of 1 / PARTS of one. So NumPy and a compute shader
 (gpu/srdm_build.py) choose the same points whatever their rounding; the table holds the map's own depths.
 Limits. Maps of up to MAX_SIDE texels a side: beyond it these numbers outgrow 32 bits, and half floats cannot hold u.
 """

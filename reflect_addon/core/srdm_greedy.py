@@ -56,7 +56,8 @@ def simplify(rows: Rows, m: int, seen: Callable[[np.ndarray, np.ndarray], object
         chosen.append(middle)
         b[row, slot] = a[row, fresh] = middle
         b[row, fresh] = right
-        both = _priority(q, np.concatenate([left, middle]), np.concatenate([middle, right]), np.concatenate([left, middle]) % w)
+        starts = np.concatenate([left, middle])
+        both = _priority(q, starts, np.concatenate([middle, right]), starts % w)
         priority[row, slot], priority[row, fresh] = both[: len(row)], both[len(row) :]
         used[row] += 1
         points[row] += 1

@@ -48,8 +48,9 @@ def figure(w: int) -> np.ndarray:
     y, x = (np.mgrid[:w, :w] + 0.5) / w * 2 - 1
     z = np.full((w, w), -np.inf)
     for cx, cy, height, radius in BALLS:
-        z = np.fmax(z, height + np.sqrt(np.maximum(radius**2 - (x - cx) ** 2 - (y - cy) ** 2, 0)) - 1e9 * ((x - cx) ** 2 + (y - cy) ** 2 > radius**2))
-    z = np.where(z > -1, z + 0.01 * np.sin(40 * x) * np.cos(37 * y), np.nan)
+        inside = radius**2 - (x - cx) ** 2 - (y - cy) ** 2
+        z = np.where(inside > 0, np.maximum(z, height + np.sqrt(np.maximum(inside, 0))), z)
+    z = np.where(np.isfinite(z), z + 0.01 * np.sin(40 * x) * np.cos(37 * y), np.nan)
     return ((z - np.nanmin(z)) / (np.nanmax(z) - np.nanmin(z))).astype(np.float32)
 
 
@@ -80,7 +81,7 @@ def counted(depth: np.ndarray, n: int, m: int) -> dict[str, int]:
 
 
 def predicted_ms(work: dict[str, int], n: int) -> float:
-    """Milliseconds on the card of the constants above: all instructions issued, and one group's reads waited for in turn."""
+    """Milliseconds on the card above: all instructions issued, then all reads of one group waited for."""
     groups = n * W / WARP
     issued = work["steps"] * INSTRUCTIONS / SCHEDULERS
     waited = work["steps"] / groups * LATENCY
@@ -94,7 +95,7 @@ def _equal(depth: np.ndarray) -> dict:
     holes = np.where(random.random((W, W)) < 0.9, random.random((W, W)), np.nan).astype(np.float32)
     cases = [(depth, N, m) for m in POINTS] + [(holes, 6, m) for m in POINTS]
     differ = [int((build(*case).view(np.uint32) != reference(*case).view(np.uint32)).sum()) for case in cases]
-    how = f"Words of the device's tables that differ from NumPy's: the figure, n = {N}, and a map with holes, m = {_list(POINTS)}."
+    how = f"Words of the device's tables that differ from NumPy's: a figure, n = {N}, and holes, n = 6, m = {_list(POINTS)}."
     return _row("I3-compute-equal", sum(differ), 0, sum(differ) == 0, how)
 
 
@@ -114,7 +115,8 @@ def _half(depth: np.ndarray) -> dict:
     off = np.abs(half.astype(np.float64) - full)
     exact = not off[..., 0::2].any() and 2 * half.nbytes == full.nbytes
     worst = float(off[..., 1::2].max())
-    how = f"Largest error of q in half floats, {half.nbytes / 1024:g} KiB, of the hither-yon range; u is exact: {'yes' if exact else 'no'}."
+    u = "exact" if exact else "not exact"
+    how = f"Largest error of q in half floats, of the hither-yon range; {half.nbytes / 1024:g} KiB; u is {u}."
     return _row("I3-half", worst, 2.0**-12, exact and worst <= 2.0**-12, how)
 
 
@@ -131,14 +133,14 @@ def _speed(depth: np.ndarray) -> list[dict]:
     faster = [times.ratio(2 * i + 1, 2 * i) for i in range(len(POINTS))]
     growth = [times.ratio(last, 0), times.ratio(last + 1, 1)]
     what = f"{W}x{W}, n = {N}, median of {TURNS} turns"
-    ms = "; ".join(f"{name} {_list(f'{times.median(2 * i + at):.0f}' for i in range(len(POINTS)))} ms" for at, name in enumerate(("device", "NumPy")))
+    device, numpy = (_list(f"{times.median(2 * i + at):.0f}" for i in range(len(POINTS))) for at in (0, 1))
     return [
         _row(
             "I3-compute",
             faster,
             FASTER,
             min(faster) >= FASTER,
-            f"NumPy's time over the device's, m = {_list(POINTS)}, upload and read-back counted, {what}: {ms}.",
+            f"NumPy's time over the device's, m = {_list(POINTS)}, upload and read-back counted, {what}: {device} against {numpy} ms.",
         ),
         _row(
             "P11",
@@ -159,7 +161,7 @@ def _linear(depth: np.ndarray) -> dict:
     series = np.array([times.ratio(i, ANGLES.index(N)) for i in range(len(ANGLES))])
     slope, start = np.polyfit(ANGLES, series, 1, w=1 / series)
     bend = float(np.abs(series / (start + slope * np.array(ANGLES)) - 1).max())
-    how = f"Largest relative departure from a line of the build's time over n = {_list(ANGLES)}, m = {M}, median of {3 * TURNS} turns."
+    how = f"Largest relative departure from a line of the time over n = {_list(ANGLES)}, m = {M}, median of {3 * TURNS} turns."
     return _row("P12", bend, STRAIGHT, bend <= STRAIGHT, how)
 
 
@@ -178,7 +180,7 @@ def _card(depth: np.ndarray) -> dict:
         ms = predicted_ms(work, N)
         how = (
             f"Predicted, not measured: ms of a full build, {W}x{W}, n = {N}, m = {M}. Counted: {figures}; "
-            f"{work['steps'] / 1e6:.2f} M steps of {WARP} rows that wait for each other. Assumed: {INSTRUCTIONS} instructions a step, "
+            f"{work['steps'] / 1e6:.2f} M steps of {WARP} rows in step. Assumed: {INSTRUCTIONS} instructions a step, "
             f"{SCHEDULERS} schedulers at {CLOCK / 1e9:g} GHz, and {LATENCY} clocks for every read of a group, one after the other."
         )
     return _row("I3-compute-card", ms, REDRAW, ms <= REDRAW, how)

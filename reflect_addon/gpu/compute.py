@@ -55,7 +55,7 @@ class ComputeProgram(Program):
         self._unset |= set(self._images)
 
     def store(self, name: str, texture):
-        """The texture behind an image; ValueError when its format is another one than declared (it would stay empty)."""
+        """The texture behind an image that is written or read; ValueError when its format is not the declared one."""
         self._check_known(name, self._images)
         if texture.format != self._images[name]:
             raise ValueError(f"{self.info.name}: image '{name}' is {self._images[name]}, the texture {texture.format}")

@@ -1,13 +1,12 @@
 """Simplified rotated depth maps built on the device: the tables of core/srdm.py and srdm_greedy.py, bit by bit.
 
-Problem. An object that moves or deforms needs its rows again at frame rate; NumPy takes a quarter of a second.
-Idea. The rows do not know of each other [popescu-2006 4.2 builds them one by one on the CPU and leaves the GPU open]: one
-invocation walks, splits and writes one row. A work group per row would look at all samples in every step, m times as
-much work, and wait for itself twice a step; the queue of a single invocation looks at the split segment only, which is
-what keeps m = 64 cheap. A map has n * w = 15,360 rows, enough to fill a graphics card; neighbours in a group read
-neighbouring rows of one turn, so their texels share the cache.
-Equality. All choices are whole numbers on both sides and depths are carried, not computed.
-Limits. The greedy poly-line only. A row's depth steps (2 w bytes) and its segments (8 m bytes) are private to an invocation.
+Problem. An object that moves or deforms needs its rows again at frame rate; NumPy takes an eighth of a second or more.
+Idea. Rows do not know of each other (popescu-2006 4.2 builds them on the CPU and leaves the GPU open): an invocation each
+walks, splits and writes one row. A work group per row would look at every sample in every step, m times the work, and
+wait for itself several times a step; a single invocation looks at the split segment only, which keeps m = 64 cheap. A map
+has n w = 15,360 rows, enough to fill a graphics card, and neighbours in a group read neighbouring rows of one turn.
+Equality. All choices are whole numbers on both sides, and depths are carried, not computed.
+Limits. Greedy poly-lines only. A row's depth steps (2 w bytes) and segments (8 m bytes) are private to its invocation.
 """
 
 import numpy as np
@@ -41,7 +40,7 @@ class Builder:
         turns = np.zeros((1, n, 4))
         turns[0, :, :2] = srdm.turns(n)
         self._turns = texture_from("turns_buf", turns, counts)
-        # Powers of two, so that a few programs serve all sizes.
+        # Powers of two, so that a few programs serve all sizes; slots are looked at by fours.
         sizes = {"SIDE": max(w, 16), "SLOTS": max(m - 1, 8)}
         defines = {name: 1 << (size - 1).bit_length() for name, size in sizes.items()}
         defines |= {"TURN_BITS": srdm.TURN_BITS, "STEPS": srdm.STEPS, "PARTS": srdm.PARTS, "FILL": srdm.FILL}
@@ -51,8 +50,8 @@ class Builder:
                 compute="srdm.comp.glsl",
                 group=(GROUP, 1, 1),
                 uniforms=(("VEC4", "map"), ("VEC4", "places")),
-                samplers=(("FLOAT_2D", "depth_buf"), ("FLOAT_2D", "turns_buf")),
-                images=((self.format, "FLOAT_2D", "table_img", "WRITE"),),
+                samplers=(("FLOAT_2D", "turns_buf"),),
+                images=((self.format, "FLOAT_2D", "table_img", "WRITE"), ("R32F", "FLOAT_2D", "depth_img", "READ")),
                 defines=tuple((name, str(value)) for name, value in defines.items()),
             ),
             counts,
@@ -66,16 +65,16 @@ class Builder:
         self.counts.allocations += 1
         return texture
 
-    def build(self, depth_buf, table_img, depth_at=(0, 0), table_at=(0, 0)):
+    def build(self, depth_img, table_img, depth_at=(0, 0), table_at=(0, 0)):
         """Fills `size` texels of table_img from `table_at` on as srdm.packed() lays them out; nothing is read back.
 
-        depth_buf: a texture whose first channel is q, negative for background, w x w texels from `depth_at` on.
+        depth_img: an R32F texture of q, negative for background; the map is the w x w texels from `depth_at` on.
         """
         shader = self.program
         shader.bind()
         shader.set("map", (self.w, self.n, self.m, 0))
         shader.set("places", (*depth_at, *table_at))
-        shader.image("depth_buf", depth_buf)
+        shader.store("depth_img", depth_img)
         shader.image("turns_buf", self._turns)
         shader.store("table_img", table_img)
         shader.dispatch(self.w, self.n)

@@ -1,14 +1,15 @@
 // Simplified rotated depth maps, a turned row per invocation: core/srdm.py and srdm_greedy.py, number by number.
 //
-// map: x = side w of the depth map, y = turns n, z = points m. places: xy = the map's first texel in depth_buf, zw = the
-// table's in table_img. depth_buf: x = q, below zero for background. turns_buf: texel i = cosine and sine of turn i in
-// steps of 2^-TURN_BITS. SIDE >= w and SLOTS >= m - 1 size what an invocation keeps to itself. All decisions are whole.
+// map: x = side w of the depth map, y = turns n, z = points m. places: xy = the map's first texel in depth_img, zw = the
+// table's in table_img. depth_img: q, below zero for background (an image because software OpenGL reads it three times as
+// fast as a sampler). turns_buf: texel i = cosine and sine of turn i in steps of 2^-TURN_BITS. SIDE >= w and SLOTS >= m - 1
+// size what an invocation keeps to itself. All decisions are in whole numbers.
 
 const uint PLACE = 1023u;  // ten bits: a sample, or a slot
 
 ivec2 first_sample;  // of the row, and from one sample to the next; in parts of a texel
 ivec2 next_sample;
-uint row[SIDE / 2 + 16];  // depth steps of the row's samples, two in a word
+uint row[SIDE / 2 + 16];  // depth steps of the row's samples, two in a word; whole walks of 32 samples are written
 uint segments[SLOTS];  // first sample | last sample << 10 | slot of the segment to the right << 20
 uint priorities[SLOTS];  // error << 10 | the worst sample counted from the right; 0 needs no split
 
@@ -27,17 +28,26 @@ int last_of(uint segment)
   return int((segment >> 10u) & PLACE);
 }
 
+// Of the segment from sample a to sample b: its largest error and where that is first.
 uint priority_of(int a, int b)
 {
   int span = b - a;
   int start = steps_at(a), rise = steps_at(b) - start;
-  int risen = 0, largest = 0, worst = a;
-  for (int k = a + 1; k < b; ++k) {
-    risen += rise;
-    int off = abs((steps_at(k) - start) * span - risen);
-    if (off > largest) {
-      largest = off;
-      worst = k;
+  int largest = 0, worst = a;
+  // A word holds two samples; those of a and b lie on the segment, so they need no check.
+  int base = start * span + (2 * ((a + 1) >> 1) - a) * rise;
+  for (int i = (a + 1) >> 1; 2 * i < b; ++i) {
+    uint word = row[i];
+    int even = abs(int(word & 0xffffu) * span - base);
+    int odd = abs(int(word >> 16u) * span - base - rise);
+    base += 2 * rise;
+    if (even > largest) {
+      largest = even;
+      worst = 2 * i;
+    }
+    if (odd > largest) {
+      largest = odd;
+      worst = 2 * i + 1;
     }
   }
   if (largest == 0) {
@@ -76,8 +86,8 @@ int keep_span(int a, int b, int kept, int most)
 float sample_at(int k, int side)
 {
   ivec2 texel = (first_sample + k * next_sample) >> (TURN_BITS + 1);
-  bool inside = all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(side))) && k < side;
-  return inside ? texelFetch(depth_buf, ivec2(places.xy) + texel, 0).x : -1.0;
+  bool inside = uint(texel.x) < uint(side) && uint(texel.y) < uint(side) && k < side;
+  return inside ? imageLoad(depth_img, ivec2(places.xy) + texel).x : -1.0;
 }
 
 // Walks the row: fills `row`, keeps its spans in the first slots. Returns how many.
@@ -116,6 +126,9 @@ int find_spans(int side, int most)
 int split(int spans, int m)
 {
   int used = spans;
+  for (int s = 0; s < SLOTS; ++s) {
+    priorities[s] = 0u;
+  }
   for (int s = 0; s < spans; ++s) {
     priorities[s] = priority_of(first_of(segments[s]), last_of(segments[s]));
     segments[s] |= uint(s + 1) << 20u;
@@ -123,14 +136,19 @@ int split(int spans, int m)
   for (int points = 2 * spans; points < m; ++points) {
     uint largest = 0u;
     int slot = 0;
-    for (int s = 0; s < used; ++s) {
-      if (priorities[s] > largest) {
-        largest = priorities[s];
+    // Four slots at once; no two segments have the same priority, since no two have the same worst sample.
+    for (int s = 0; s < used; s += 4) {
+      uint four = max(max(priorities[s], priorities[s + 1]), max(priorities[s + 2], priorities[s + 3]));
+      if (four > largest) {
+        largest = four;
         slot = s;
       }
     }
     if (largest == 0u) {
       break;
+    }
+    while (priorities[slot] != largest) {
+      ++slot;
     }
     uint old = segments[slot];
     uint middle = PLACE - (largest & PLACE);
