@@ -5,7 +5,9 @@ upload and read-back counted; ratios are medians of the turns' own. The work of 
 graphics card needs where there is none to ask.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
+from time import perf_counter
 
 import numpy as np
 
@@ -122,13 +124,9 @@ def _half(depth: np.ndarray) -> dict:
 
 def _speed(depth: np.ndarray) -> list[dict]:
     from ..gpu.srdm_build import build
-    from ..gpu.timing import Work, time_in_turns
-
-    def work(make, m):
-        return Work(lambda: make(depth, N, m), lambda: None)
 
     # Beside each other for every m, so that what else the machine does falls on both.
-    times = time_in_turns([work(make, m) for m in POINTS for make in (build, reference)], TURNS, 1)
+    times = _in_turns([partial(make, depth, N, m) for m in POINTS for make in (build, reference)], TURNS)
     last = 2 * (len(POINTS) - 1)
     faster = [times.ratio(2 * i + 1, 2 * i) for i in range(len(POINTS))]
     growth = [times.ratio(last, 0), times.ratio(last + 1, 1)]
@@ -154,10 +152,7 @@ def _speed(depth: np.ndarray) -> list[dict]:
 
 
 def _linear(depth: np.ndarray) -> dict:
-    from ..gpu.counts import Counts
-    from ..gpu.timing import time_in_turns
-
-    times = time_in_turns([_build_work(depth, n, Counts()) for n in ANGLES], 3 * TURNS, 2)
+    times = _in_turns([_remake(depth, n) for n in ANGLES], 3 * TURNS)
     series = np.array([times.ratio(i, ANGLES.index(N)) for i in range(len(ANGLES))])
     slope, start = np.polyfit(ANGLES, series, 1, w=1 / series)
     bend = float(np.abs(series / (start + slope * np.array(ANGLES)) - 1).max())
@@ -167,14 +162,12 @@ def _linear(depth: np.ndarray) -> dict:
 
 def _card(depth: np.ndarray) -> dict:
     """Measured where a graphics card draws, else predicted."""
-    from ..gpu.counts import Counts
     from ..gpu.device import describe
-    from ..gpu.timing import time_in_turns
 
     work = counted(depth, N, M)
     figures = ", ".join(f"{work[name] / 1e6:.1f} M {name}" for name in ("texels", "samples", "priorities", "points"))
     if describe()["device"] != "SOFTWARE":
-        ms = time_in_turns([_build_work(depth, N, Counts())], 3 * TURNS, 8).median(0)
+        ms = _in_turns([_remake(depth, N)], 3 * TURNS).median(0)
         how = f"Milliseconds of a full build on {describe()['renderer']}, {W}x{W}, n = {N}, m = {M}: {figures}."
     else:
         ms = predicted_ms(work, N)
@@ -186,21 +179,34 @@ def _card(depth: np.ndarray) -> dict:
     return _row("I3-compute-card", ms, REDRAW, ms <= REDRAW, how)
 
 
-def _build_work(depth: np.ndarray, n: int, counts):
-    """Builds into a texture that stays on the device."""
+def _remake(depth: np.ndarray, n: int) -> Callable[[], object]:
+    """Builds into a texture that stays on the device, and waits for it."""
+    from ..gpu.counts import Counts
     from ..gpu.device import ensure
     from ..gpu.srdm_build import Builder, upload
-    from ..gpu.timing import Work
 
-    builder, depth_buf = Builder(W, n, M, counts), upload(depth, counts)
+    builder, depth_img = Builder(W, n, M, Counts()), upload(depth, Counts())
     texture = builder.texture()
     framebuffer = ensure().types.GPUFrameBuffer(color_slots=[texture])
 
-    def finish():
+    def remake():
+        builder.build(depth_img, texture)
         with framebuffer.bind():
             framebuffer.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
 
-    return Work(lambda: builder.build(depth_buf, texture), finish)
+    return remake
+
+
+def _in_turns(works: Sequence[Callable[[], object]], turns: int):
+    """Times of works that wait for their result, so that each can be timed by itself; after one of each to warm up."""
+    from ..gpu.timing import Times
+
+    def ms(work):
+        start = perf_counter()
+        work()
+        return (perf_counter() - start) * 1e3
+
+    return Times(np.array([[ms(work) for work in works] for _ in range(turns + 1)])[1:].T)
 
 
 def _list(values) -> str:
