@@ -17,6 +17,7 @@ W, N, M = 256, 60, 8
 POINTS = (8, 16, 32, 64)
 ANGLES = (18, 36, 60, 90, 180)
 TURNS = 5
+ANGLE_TURNS = 45  # of a few milliseconds each
 FASTER = 5.0  # issue 3: compute over NumPy
 GROWTH = 4.7  # P11: 980 ms over 210 ms
 STRAIGHT = 0.15  # P12
@@ -152,11 +153,11 @@ def _speed(depth: np.ndarray) -> list[dict]:
 
 
 def _linear(depth: np.ndarray) -> dict:
-    times = _in_turns([_remake(depth, n) for n in ANGLES], 3 * TURNS)
+    times = _in_turns([_remake(depth, n) for n in ANGLES], ANGLE_TURNS)
     series = np.array([times.ratio(i, ANGLES.index(N)) for i in range(len(ANGLES))])
     slope, start = np.polyfit(ANGLES, series, 1, w=1 / series)
     bend = float(np.abs(series / (start + slope * np.array(ANGLES)) - 1).max())
-    how = f"Largest relative departure from a line of the time over n = {_list(ANGLES)}, m = {M}, median of {3 * TURNS} turns."
+    how = f"Largest relative departure from a line of the time over n = {_list(ANGLES)}, m = {M}, median of {ANGLE_TURNS} turns."
     return _row("P12", bend, STRAIGHT, bend <= STRAIGHT, how)
 
 
@@ -167,7 +168,7 @@ def _card(depth: np.ndarray) -> dict:
     work = counted(depth, N, M)
     figures = ", ".join(f"{work[name] / 1e6:.1f} M {name}" for name in ("texels", "samples", "priorities", "points"))
     if describe()["device"] != "SOFTWARE":
-        ms = _in_turns([_remake(depth, N)], 3 * TURNS).median(0)
+        ms = _in_turns([_remake(depth, N)], ANGLE_TURNS).median(0)
         how = f"Milliseconds of a full build on {describe()['renderer']}, {W}x{W}, n = {N}, m = {M}: {figures}."
     else:
         ms = predicted_ms(work, N)

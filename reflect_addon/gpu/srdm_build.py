@@ -6,7 +6,7 @@ walks, splits and writes one row. A work group per row would look at every sampl
 wait for itself several times a step; a single invocation looks at the split segment only, which keeps m = 64 cheap. A map
 has n w = 15,360 rows, enough to fill a graphics card, and neighbours in a group read neighbouring rows of one turn.
 Equality. All choices are whole numbers on both sides, and depths are carried, not computed.
-Limits. Greedy poly-lines only. A row's depth steps (2 w bytes) and segments (8 m bytes) are private to its invocation.
+Limits. Greedy poly-lines only. A row's segments (8 m bytes) are private to its invocation; its samples are read again each time.
 """
 
 import numpy as np
@@ -40,9 +40,8 @@ class Builder:
         turns = np.zeros((1, n, 4))
         turns[0, :, :2] = srdm.turns(n)
         self._turns = texture_from("turns_buf", turns, counts)
-        # Powers of two, so that a few programs serve all sizes; slots are looked at by fours.
-        sizes = {"SIDE": max(w, 16), "SLOTS": max(m - 1, 8)}
-        defines = {name: 1 << (size - 1).bit_length() for name, size in sizes.items()}
+        # A power of two, so that a few programs serve all m.
+        defines = {"SLOTS": 1 << (max(m - 1, 8) - 1).bit_length()}
         defines |= {"TURN_BITS": srdm.TURN_BITS, "STEPS": srdm.STEPS, "PARTS": srdm.PARTS, "FILL": srdm.FILL}
         self.program = program(
             ComputeInfo(

@@ -7,7 +7,7 @@ from reflect_addon.evaluation.bench import Target
 
 
 def test_rows_of_a_small_map(device, monkeypatch):
-    for name, value in {"W": 64, "N": 6, "POINTS": (4, 8), "ANGLES": (3, 6, 9), "TURNS": 1}.items():
+    for name, value in {"W": 64, "N": 6, "POINTS": (4, 8), "ANGLES": (3, 6, 9), "TURNS": 1, "ANGLE_TURNS": 3}.items():
         monkeypatch.setattr(bench_srdm, name, value)
     rows = {row["id"]: Target(**row) for row in bench_srdm.measure(lambda share, what: None)}
     assert set(rows) == {"I3-compute-equal", "P13", "I3-half", "I3-compute", "P11", "P12", "I3-compute-card"}

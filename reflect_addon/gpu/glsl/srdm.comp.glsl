@@ -2,20 +2,25 @@
 //
 // map: x = side w of the depth map, y = turns n, z = points m. places: xy = the map's first texel in depth_img, zw = the
 // table's in table_img. depth_img: q, below zero for background (an image because software OpenGL reads it three times as
-// fast as a sampler). turns_buf: texel i = cosine and sine of turn i in steps of 2^-TURN_BITS. SIDE >= w and SLOTS >= m - 1
-// size what an invocation keeps to itself. All decisions are in whole numbers.
+// fast as a sampler). turns_buf: texel i = cosine and sine of turn i in steps of 2^-TURN_BITS. SLOTS >= m - 1, a multiple
+// of four, sizes what an invocation keeps to itself. All decisions are in whole numbers.
 
 const uint PLACE = 1023u;  // ten bits: a sample, or a slot
 
 ivec2 first_sample;  // of the row, and from one sample to the next; in parts of a texel
 ivec2 next_sample;
-uint row[SIDE / 2 + 16];  // depth steps of the row's samples, two in a word; whole walks of 32 samples are written
 uint segments[SLOTS];  // first sample | last sample << 10 | slot of the segment to the right << 20
 uint priorities[SLOTS];  // error << 10 | the worst sample counted from the right; 0 needs no split
 
+// Depth of the row's sample k, which lies inside the map (an image answers 0 elsewhere, for what is not used).
+float depth_at(int k)
+{
+  return imageLoad(depth_img, ivec2(places.xy) + ((first_sample + k * next_sample) >> (TURN_BITS + 1))).x;
+}
+
 int steps_at(int k)
 {
-  return int((row[k >> 1] >> uint((k & 1) << 4)) & 0xffffu);
+  return int(clamp(depth_at(k) * float(STEPS), 0.0, float(STEPS - 1)));
 }
 
 int first_of(uint segment)
@@ -33,21 +38,13 @@ uint priority_of(int a, int b)
 {
   int span = b - a;
   int start = steps_at(a), rise = steps_at(b) - start;
-  int largest = 0, worst = a;
-  // A word holds two samples; those of a and b lie on the segment, so they need no check.
-  int base = start * span + (2 * ((a + 1) >> 1) - a) * rise;
-  for (int i = (a + 1) >> 1; 2 * i < b; ++i) {
-    uint word = row[i];
-    int even = abs(int(word & 0xffffu) * span - base);
-    int odd = abs(int(word >> 16u) * span - base - rise);
-    base += 2 * rise;
-    if (even > largest) {
-      largest = even;
-      worst = 2 * i;
-    }
-    if (odd > largest) {
-      largest = odd;
-      worst = 2 * i + 1;
+  int risen = 0, largest = 0, worst = a;
+  for (int k = a + 1; k < b; ++k) {
+    risen += rise;
+    int off = abs((steps_at(k) - start) * span - risen);
+    if (off > largest) {
+      largest = off;
+      worst = k;
     }
   }
   if (largest == 0) {
@@ -65,7 +62,7 @@ int keep_span(int a, int b, int kept, int most)
     segments[kept] = span;
     return kept + 1;
   }
-  int victim = 0, shortest = SIDE;
+  int victim = 0, shortest = int(PLACE);
   for (int s = 0; s < most; ++s) {
     int size = last_of(segments[s]) - first_of(segments[s]);
     if (size <= shortest) {
@@ -82,15 +79,15 @@ int keep_span(int a, int b, int kept, int most)
   return kept;
 }
 
-// Depth of the row's sample k; -1 beyond the row and outside the map.
-float sample_at(int k, int side)
+// Whether the row's sample k shows something; beyond the row and outside the map nothing does.
+bool is_solid(int k, int side)
 {
   ivec2 texel = (first_sample + k * next_sample) >> (TURN_BITS + 1);
   bool inside = uint(texel.x) < uint(side) && uint(texel.y) < uint(side) && k < side;
-  return inside ? imageLoad(depth_img, ivec2(places.xy) + texel).x : -1.0;
+  return inside && imageLoad(depth_img, ivec2(places.xy) + texel).x >= 0.0;
 }
 
-// Walks the row: fills `row`, keeps its spans in the first slots. Returns how many.
+// Walks the row and keeps its spans in the first slots. Returns how many.
 int find_spans(int side, int most)
 {
   int kept = 0, begun = -1;
@@ -99,11 +96,8 @@ int find_spans(int side, int most)
   // OpenGL computes both sides of every `if`.
   for (int start = 0; start <= side; start += 32) {
     uint solid = 0u;
-    for (int i = 0; i < 32; i += 2) {
-      vec2 q = vec2(sample_at(start + i, side), sample_at(start + i + 1, side));
-      uvec2 steps = uvec2(clamp(q * float(STEPS), 0.0, float(STEPS - 1)));
-      row[(start + i) >> 1] = steps.x | (steps.y << 16u);
-      solid |= (uint(q.x >= 0.0) | (uint(q.y >= 0.0) << 1u)) << uint(i);
+    for (int i = 0; i < 32; ++i) {
+      solid |= uint(is_solid(start + i, side)) << uint(i);
     }
     uint edges = solid ^ ((solid << 1u) | before);
     before = solid >> 31u;
@@ -162,7 +156,7 @@ int split(int spans, int m)
 }
 
 // Writes the poly-lines from left to right, two points a texel, and fills up with unused ones.
-void write(int used, int m, int side, ivec2 corner)
+void write(int used, int m, ivec2 corner)
 {
   int slot = 0, left = used, last = -1;  // last: of the segment before
   bool ending = false;  // whether that segment's last point is one of its own
@@ -171,10 +165,10 @@ void write(int used, int m, int side, ivec2 corner)
     for (int i = 0; i < 2; ++i) {
       int first = first_of(segments[slot]);
       bool unused = left == 0 && !ending, begins = !ending && first != last;
-      int k = ending ? last : first;
+      int k = unused ? 0 : (ending ? last : first);
       // Half a texel outwards at a span's ends. The sign tells a beginning, so u = 0 must not be.
       float u = begins ? -max(float(k), 0.25) : float(k) + (ending ? 1.0 : 0.5);
-      points[i] = unused ? vec2(-FILL, 0.0) : vec2(u, sample_at(k, side));
+      points[i] = unused ? vec2(-FILL, 0.0) : vec2(u, depth_at(k));
       if (ending || unused) {
         ending = false;
       }
@@ -202,5 +196,5 @@ void main()
   first_sample = (side << TURN_BITS) + ivec2(along * c - across * s, along * s + across * c);
   next_sample = 2 * ivec2(c, s);
   int used = split(find_spans(side, m / 2), m);
-  write(used, m, side, ivec2(places.zw) + ivec2(turn * ((m + 1) / 2), j));
+  write(used, m, ivec2(places.zw) + ivec2(turn * ((m + 1) / 2), j));
 }
