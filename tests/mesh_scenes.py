@@ -72,3 +72,17 @@ def tracer(scene: SceneSnapshot, paint=None, made=None):
 
 def job(scene: SceneSnapshot, settings: dict, required=None, paint=None, made=None) -> BakeJob:
     return BakeJob(scene, scene.instances[0], tracer(scene, paint, made), intersect(scene), settings, required or {})
+
+
+def depth_map(mesh: trimesh.Trimesh, w: int, half_angle=np.radians(15)):
+    """(q (w, w) float32, z of q): the mesh seen along -Z by a pinhole camera whose image it just fills, hither and yon at it."""
+    center = mesh.bounds.mean(0)
+    radius = np.linalg.norm(mesh.vertices - center, axis=1).max()
+    eye = center + [0, 0, radius / np.sin(half_angle)]
+    at = ((np.arange(w) + 0.5) / w * 2 - 1) * np.tan(half_angle)
+    direction = np.stack([*np.meshgrid(at, at), np.full((w, w), -1.0)], -1).reshape(-1, 3)
+    _, z = first_hits(mesh, np.broadcast_to(eye, direction.shape), direction)
+    z = np.where(np.isfinite(z), z, np.nan).reshape(w, w)
+    hither, yon = np.nanmin(z), np.nanmax(z)
+    q = (1 / z - 1 / yon) / (1 / hither - 1 / yon)
+    return q.astype(np.float32), lambda v: 1 / (1 / yon + v * (1 / hither - 1 / yon)), yon - hither

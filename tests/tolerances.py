@@ -92,3 +92,6 @@ CAPTURE_CONTOUR = 5e-3
 # ... (median, 95 %) relative: what surfaces were refined to (2 %), plus at the rim what lies between a texel and its
 # neighbours on a surface that turns away.
 CAPTURE_RADIANCE = (0.01, 0.03)
+# core/srdm.py: sines in steps of 2^-19 put a corner of the largest map (724 texels from the middle) this far off, texels:
+# half a step in each of sine and cosine.
+SRDM_SAMPLE = 1e-3

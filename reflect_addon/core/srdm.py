@@ -13,18 +13,29 @@ A table is (n, w, m, 2) float32: points (u, q) by rising u. A negative u begins 
 before, so no rubber band is made. A span reaches half a texel beyond its outer samples, to its texels' edges. What is
 left of a row is filled up with (-FILL, 0).
 
-Where we depart. Of rows with more than m / 2 spans the longest are kept. The split is chosen from depths in 65536 steps,
-in whole numbers: so NumPy and a compute shader choose the same points whatever their rounding.
+Where we depart. Of rows with more than m / 2 spans the longest are kept. Everything that is decided is decided in whole
+numbers: the texel of a sample from sines in steps of 2^-TURN_BITS (a turn is off by some 1e-6 radians, no sample by more
+than 1e-3 texels), the split from depths in STEPS steps and errors in parts of 1 / PARTS of one. So NumPy and a compute shader
+(gpu/srdm_build.py) choose the same points whatever their rounding; the table holds the map's own depths.
+Limits. Maps of up to MAX_SIDE texels a side: beyond it these numbers outgrow 32 bits, and half floats cannot hold u.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from .errors import ReflectError
+
 # u of unused points: beyond every map, so that a search along the row ends there, and a half float can hold it.
 FILL = 32768.0
-# Depth steps in which splits are chosen: 1.5e-5 of the range, below any error that m points leave.
-STEPS = 65535
+# Depth steps in which splits are chosen: 1.5e-5 of the range, below any error that m points leave. A power of two:
+# the product with q is exact in float32, on every device.
+STEPS = 65536
+# Sines and cosines are whole multiples of 2^-TURN_BITS: as many bits as leave MAX_SIDE * 2.5 room in 31.
+TURN_BITS = 19
+MAX_SIDE = 1024
+# Errors of segments are compared in parts of a depth step: STEPS * MAX_SIDE * PARTS fills 32 bits.
+PARTS = 64
 
 
 @dataclass(frozen=True)
@@ -37,36 +48,59 @@ class Rows:
     last: np.ndarray  # (S,) int, its last one
 
 
+def turns(n: int) -> np.ndarray:
+    """(n, 2) int32: cosine and sine of pi i / n in steps of 2^-TURN_BITS."""
+    angle = np.pi * np.arange(n) / n
+    return np.rint(np.stack([np.cos(angle), np.sin(angle)], -1) * 2**TURN_BITS).astype(np.int32)
+
+
+def check(w: int, n: int, m: int):
+    """ReflectError when a map of w x w texels cannot be given n turns of m points."""
+    if not (1 <= w <= MAX_SIDE and n >= 1 and 2 <= m <= MAX_SIDE):
+        raise ReflectError(
+            f"A depth map of {w} texels a side, {n} turns and {m} points cannot be simplified.",
+            f"Choose 1 to {MAX_SIDE} texels, at least 1 turn and 2 to {MAX_SIDE} points.",
+        )
+
+
 def rotated_rows(depth: np.ndarray, n: int) -> np.ndarray:
     """(n * w, w) float32: the rows of the n turned maps, by the nearest texel; NaN outside the map (4.2, step 1)."""
     w = depth.shape[0]
-    centred = np.arange(w, dtype=np.float64) + 0.5 - w / 2
+    check(w, n, 2)
+    # Twice the distances from the middle, so that they are whole; hence one bit more to shift away.
+    twice = 2 * np.arange(w, dtype=np.int32) + 1 - w
     out = np.empty((n, w, w), np.float32)
-    padded = np.pad(depth, 1, constant_values=np.nan)
-    for i in range(n):
-        c, s = np.cos(np.pi * i / n), np.sin(np.pi * i / n)
-        x = np.floor(w / 2 + centred[None, :] * c - centred[:, None] * s).astype(int)
-        y = np.floor(w / 2 + centred[None, :] * s + centred[:, None] * c).astype(int)
-        out[i] = padded[np.clip(y, -1, w) + 1, np.clip(x, -1, w) + 1]
+    padded = np.pad(depth, 1, constant_values=np.nan).ravel()
+    for i, (c, s) in enumerate(turns(n)):
+        x = (twice * c + (w << TURN_BITS))[None, :] - (twice * s)[:, None]
+        y = (twice * s + (w << TURN_BITS))[None, :] + (twice * c)[:, None]
+        for v in (x, y):
+            np.right_shift(v, TURN_BITS + 1, out=v)
+            np.clip(v, -1, w, out=v)
+        np.take(padded, (y + 1) * (w + 2) + (x + 1), out=out[i])
     return out.reshape(n * w, w)
 
 
 def with_spans(depth: np.ndarray, m: int) -> Rows:
     """The rows' spans of scene samples (Fig 12); of a row with more than m // 2 the longest, the left ones on a tie."""
-    solid = np.pad(~np.isnan(depth), ((0, 0), (1, 1)))
-    step = np.diff(solid.astype(np.int8), axis=1)
-    row, first = np.nonzero(step == 1)
-    last = np.nonzero(step == -1)[1] - 1
-    order = np.lexsort((first, first - last, row))  # by row, longest first
-    start = np.searchsorted(row, row)
-    kept = np.zeros(len(row), bool)
-    kept[order] = np.arange(len(row)) - start[order] < m // 2
-    return Rows(depth, row[kept], first[kept], last[kept])
+    count, w = depth.shape
+    solid = np.zeros(count * (w + 1) + 1, bool)  # a background sample before each row and after the last one
+    np.logical_not(np.isnan(depth), out=solid[:-1].reshape(count, w + 1)[:, 1:])
+    edge = np.flatnonzero(solid[1:] != solid[:-1])
+    row, first = np.divmod(edge[0::2], w + 1)
+    last = edge[1::2] - row * (w + 1) - 1
+    spans = np.bincount(row, minlength=count)
+    if spans.max(initial=0) > m // 2:
+        order = np.lexsort((first, first - last, row))  # by row, longest first
+        kept = np.zeros(len(row), bool)
+        kept[order] = np.arange(len(row)) - (np.cumsum(spans) - spans)[row] < m // 2
+        row, first, last = row[kept], first[kept], last[kept]
+    return Rows(depth, row, first, last)
 
 
 def steps_of(depth: np.ndarray) -> np.ndarray:
-    """(R, w) int64: depths in STEPS steps, 0 for background."""
-    return np.floor(np.nan_to_num(depth) * np.float32(STEPS) + np.float32(0.5)).astype(np.int64)
+    """int32 of depth's shape: depths in STEPS steps, 0 to STEPS - 1; 0 for background."""
+    return np.fmin(np.fmax(depth * np.float32(STEPS), 0), STEPS - 1).astype(np.int32)
 
 
 def table_of(rows: Rows, row: np.ndarray, sample: np.ndarray, begins: np.ndarray, ends: np.ndarray, m: int) -> np.ndarray:
@@ -74,7 +108,8 @@ def table_of(rows: Rows, row: np.ndarray, sample: np.ndarray, begins: np.ndarray
     count, w = rows.depth.shape
     table = np.zeros((count, m, 2), np.float32)
     table[..., 0] = -FILL
-    place = np.arange(len(row)) - np.searchsorted(row, row)
+    used = np.bincount(row, minlength=count)
+    place = np.arange(len(row)) - (np.cumsum(used) - used)[row]
     u = sample + 0.5 + np.where(ends, 0.5, 0.0) - np.where(begins, 0.5, 0.0)
     # The sign tells a beginning, so u = 0 (a map that its object fills to the edge) must not be.
     u = np.where(begins, -np.maximum(u, 0.25), u)
@@ -83,12 +118,27 @@ def table_of(rows: Rows, row: np.ndarray, sample: np.ndarray, begins: np.ndarray
 
 
 def packed(table: np.ndarray) -> np.ndarray:
-    """(w, n * ceil(m / 2), 4) float32: two points a texel, texel (x = i * ceil(m / 2) + c, y = j) of turn i, row j has points
-    2c and 2c + 1 as (u0, q0, u1, q1)."""
-    n, w, m = table.shape[:3]
-    if m % 2:
-        table = np.concatenate([table, np.broadcast_to(np.float32([-FILL, 0]), (n, w, 1, 2))], 2)
-    return np.ascontiguousarray(table.reshape(n, w, -1, 4).transpose(1, 0, 2, 3)).reshape(w, -1, 4)
+    """(w, n * ceil(m / 2), 4) float32 from (n, w, m, 2): the texels that a look-up fetches, two points in each.
+
+    Texel (x = i * ceil(m / 2) + c, y = j) holds the points 2 c and 2 c + 1 of row j of turn i as (u0, q0, u1, q1);
+    an odd m is filled up by an unused point.
+    """
+    n, w, m, _ = table.shape
+    out = np.zeros((w, n, m + m % 2, 2), np.float32)
+    out[..., 0] = -FILL
+    out[:, :, :m] = table.transpose(1, 0, 2, 3)
+    return out.reshape(w, -1, 4)
+
+
+def unpacked(texels: np.ndarray, n: int, m: int) -> np.ndarray:
+    """(n, w, m, 2) float32: the table that packed() made into these texels."""
+    w = len(texels)
+    return np.ascontiguousarray(texels.reshape(w, n, m + m % 2, 2)[:, :, :m].transpose(1, 0, 2, 3), np.float32)
+
+
+def halved(table: np.ndarray) -> np.ndarray:
+    """packed() in float16, half the bytes: u is the same (a multiple of 0.5 up to MAX_SIDE), q is off by 2^-12 at most."""
+    return packed(table).astype(np.float16)
 
 
 def heights(table: np.ndarray, w: int) -> np.ndarray:

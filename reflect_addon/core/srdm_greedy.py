@@ -2,73 +2,97 @@
 
 All rows take a step at once: a step looks at each row's worst segment only, so the work falls with the segments'
 lengths as it would with the paper's priority queue.
+
+Where we depart. Ties are decided (the paper does not say): the first of a segment's samples that are equally far off, and
+of segments that are equally bad the one whose worst sample is farthest left. A segment's priority is one whole number
+of 32 bits, its error in parts of a depth step over its worst sample counted from the right, so the largest decides
+both. gpu/glsl/srdm.comp.glsl does the same with the same numbers.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 
-from .srdm import Rows, steps_of, table_of
+from .srdm import MAX_SIDE, PARTS, Rows, steps_of, table_of
+
+_PLACE = MAX_SIDE - 1  # the bits of a priority that hold a sample
 
 
-def simplify(rows: Rows, m: int) -> np.ndarray:
-    """(R, m, 2) float32 table of the rows' greedy poly-lines."""
-    q = steps_of(rows.depth)
-    count = len(q)
-    # Segments of each row: first and last sample, error and where it is worst. Slots past a row's segments have error -1.
+def simplify(rows: Rows, m: int, seen: Callable[[np.ndarray, np.ndarray], object] | None = None) -> np.ndarray:
+    """(R, m, 2) float32 table of the rows' greedy poly-lines.
+
+    `seen(row, samples)` is told how many samples are looked at in each row, step by step: work that can be counted.
+    """
+    count, w = rows.depth.shape
+    q = steps_of(rows.depth).ravel()
+    # Segments of each row: first and last sample (counted over all rows), and priority; 0 for one that needs no split.
     slots = max(m - 1, 1)
-    place = np.arange(len(rows.row)) - np.searchsorted(rows.row, rows.row)
-    a, b = (np.zeros((count, slots), np.int64) for _ in range(2))
-    error, worst = np.full((count, slots), -1.0, np.float32), np.zeros((count, slots), np.int64)
-    begins, ends = (np.zeros((count, slots), bool) for _ in range(2))
-    a[rows.row, place], b[rows.row, place] = rows.first, rows.last
-    begins[rows.row, place] = ends[rows.row, place] = True
-    error[rows.row, place], worst[rows.row, place] = _worst(q, rows.row, rows.first, rows.last)
+    base = w * np.arange(count)
     used = np.bincount(rows.row, minlength=count)  # segments
+    place = np.arange(len(rows.row)) - (np.cumsum(used) - used)[rows.row]
+    first, last = base[rows.row] + rows.first, base[rows.row] + rows.last
+    a, b = np.zeros((2, count, slots), np.int64)
+    priority = np.zeros((count, slots), np.uint32)
+    a[rows.row, place], b[rows.row, place] = first, last
+    priority[rows.row, place] = _priority(q, first, last, rows.first)
+    if seen:
+        seen(rows.row, rows.last - rows.first)
     points = 2 * used
+    chosen = []
+    row = np.flatnonzero(points)
     while True:
-        active = np.flatnonzero((points < m) & (error.max(1) > 0))
-        if not len(active):
+        row = row[points[row] < m]
+        ahead = priority[row, : used[row].max(initial=1)]
+        slot = np.argmax(ahead, axis=1)
+        worst = ahead[np.arange(len(row)), slot]
+        split = worst > 0
+        row, slot, worst = row[split], slot[split], worst[split]
+        if not len(row):
             break
-        slot = np.argmax(error[active], axis=1)
-        left, middle, right = a[active, slot], worst[active, slot], b[active, slot]
-        fresh = used[active]
-        b[active, slot] = a[active, fresh] = middle
-        b[active, fresh], ends[active, fresh] = right, ends[active, slot]
-        ends[active, slot] = False
-        error[active, slot], worst[active, slot] = _worst(q, active, left, middle)
-        error[active, fresh], worst[active, fresh] = _worst(q, active, middle, right)
-        used[active] += 1
-        points[active] += 1
-    return _table(rows, a, b, begins, ends, used, m)
+        left, right, fresh = a[row, slot], b[row, slot], used[row]
+        if seen:
+            seen(row, right - left)
+        middle = base[row] + _PLACE - (worst & _PLACE).astype(np.int64)
+        chosen.append(middle)
+        b[row, slot] = a[row, fresh] = middle
+        b[row, fresh] = right
+        starts = np.concatenate([left, middle])
+        both = _priority(q, starts, np.concatenate([middle, right]), starts % w)
+        priority[row, slot], priority[row, fresh] = both[: len(row)], both[len(row) :]
+        used[row] += 1
+        points[row] += 1
+    return _table(rows, first, last, np.concatenate([np.zeros(0, np.int64), *chosen]), m)
 
 
-def _worst(q: np.ndarray, row: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(error float32, sample) of the largest depth error of the segments from sample a to sample b, the first on a tie."""
-    length = b - a
-    inner = np.maximum(length - 1, 0)
-    start = np.cumsum(inner) - inner
-    total = int(inner.sum())
-    error, at = np.zeros(len(row), np.float32), a.copy()
-    if total:
-        some = np.flatnonzero(inner)
-        owner = np.repeat(np.arange(len(row)), inner)
-        k = np.arange(total) - start[owner] + 1
-        rise = q[row, b] - q[row, a]
-        off = np.abs((q[row[owner], a[owner] + k] - q[row, a][owner]) * length[owner] - rise[owner] * k)
-        largest = np.maximum.reduceat(off, start[some])
-        is_largest = np.flatnonzero(off == np.repeat(largest, inner[some]))
-        first = is_largest[np.searchsorted(is_largest, start[some])]
-        error[some] = largest.astype(np.float32) / length[some].astype(np.float32)
-        at[some] = a[some] + k[first]
-    return error, at
+def _priority(q: np.ndarray, a: np.ndarray, b: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """(S,) uint32 priorities of the segments from a to b (places in q); column: a's sample in its row."""
+    out = np.zeros(len(a), np.uint32)
+    some = np.flatnonzero(b - a > 1)
+    if not len(some):
+        return out
+    a, b, column = a[some], b[some], column[some]
+    length = (b - a).astype(np.int32)
+    inner = length - 1
+    stop = np.cumsum(inner)
+    start = stop - inner
+    k = np.arange(1, stop[-1] + 1, dtype=np.int32) - np.repeat(start.astype(np.int32), inner)
+    # How far a sample is off the segment, times the segment's length: at most STEPS * MAX_SIDE.
+    rise = q[b] - q[a]
+    off = (q[k + np.repeat(a, inner)] - np.repeat(q[a], inner)) * np.repeat(length, inner)
+    off = np.abs(off - np.repeat(rise, inner) * k)
+    # The sample below the error: the largest sum is the largest error, the first one on a tie.
+    largest = np.maximum.reduceat(off.astype(np.int64) * MAX_SIDE + (_PLACE - k), start)
+    off, k = largest // MAX_SIDE, _PLACE - largest % MAX_SIDE
+    error = (off * PARTS + length - 1) // length  # rounded up: only what is met exactly has none
+    out[some] = np.where(off > 0, error * MAX_SIDE + (_PLACE - column - k), 0)
+    return out
 
 
-def _table(rows: Rows, a, b, begins, ends, used, m: int) -> np.ndarray:
-    """Each segment gives its first point, and the last of a span its last one too."""
-    row, slot = np.nonzero(np.arange(a.shape[1]) < used[:, None])
-    last = ends[row, slot]
-    points = np.concatenate([a[row, slot], b[row, slot][last]])
-    owner = np.concatenate([row, row[last]])
-    is_first = np.concatenate([begins[row, slot], np.zeros(last.sum(), bool)])
-    is_last = np.concatenate([np.zeros(len(row), bool), np.ones(last.sum(), bool)])
-    order = np.lexsort((is_last, points, owner))
-    return table_of(rows, owner[order], points[order], is_first[order], is_last[order], m)
+def _table(rows: Rows, first: np.ndarray, last: np.ndarray, splits: np.ndarray, m: int) -> np.ndarray:
+    """The chosen samples in order. Each has two places, since a span of one sample begins and ends with it."""
+    count, w = rows.depth.shape
+    kind = np.zeros(2 * count * w, np.uint8)
+    kind[2 * splits], kind[2 * first], kind[2 * last + 1] = 1, 2, 3
+    at = np.flatnonzero(kind)
+    row, sample = np.divmod(at >> 1, w)
+    return table_of(rows, row, sample, kind[at] == 2, kind[at] == 3, m)

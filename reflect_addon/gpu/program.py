@@ -30,6 +30,26 @@ class ProgramInfo:
     generated: tuple[tuple[str, str], ...] = ()  # (include name, text): sources that are not files
     defines: tuple[tuple[str, str], ...] = ()
 
+    @property
+    def stages(self) -> dict[str, str]:
+        """Stage -> file in glsl/."""
+        return {"vertex": self.vertex, "fragment": self.fragment}
+
+    def made_of(self, shader) -> "Program":
+        return Program(self, shader)
+
+    def declare(self, gpu, create):
+        """What only programs that draw have."""
+        for slot, (kind, name) in enumerate(self.attributes):
+            create.vertex_in(slot, kind, name)
+        for slot, (kind, name) in enumerate(self.outputs):
+            create.fragment_out(slot, kind, name)
+        if self.varyings:
+            interface = gpu.types.GPUStageInterfaceInfo(self.name.replace("-", "_") + "_iface")
+            for how, kind, name in self.varyings:
+                getattr(interface, how)(kind, name)
+            create.vertex_out(interface)
+
 
 def resolve_includes(name: str, generated: dict[str, str] | None = None) -> str:
     """The text of a shader with every `#include "x"` replaced by x's text, each file once (the guard).
@@ -96,12 +116,15 @@ class Program:
 
     def draw(self, batch, first: int = 0, count: int = 0):
         """Draw vertices [first, first + count) of a batch, all of them when count is 0."""
-        if self._unset:
-            raise ValueError(f"{self.info.name}: not set before drawing: {', '.join(sorted(self._unset))}")
+        self._check_all_set("drawing")
         if count:
             batch.draw_range(self.shader, elem_start=first, elem_count=count)
         else:
             batch.draw(self.shader)
+
+    def _check_all_set(self, what: str):
+        if self._unset:
+            raise ValueError(f"{self.info.name}: not set before {what}: {', '.join(sorted(self._unset))}")
 
     def _check_known(self, name: str, names):
         if name not in names:
@@ -117,24 +140,25 @@ def _exists(shader, name: str) -> bool:
 
 
 _cache: dict[str, Program] = {}  # by the hash of the sources
-_known: dict[ProgramInfo, Program] = {}  # so that a draw neither reads files nor hashes
+_known: dict = {}  # by the description, so that a draw neither reads files nor hashes
 
 
 def program(info: ProgramInfo, counts: Counts | None = None) -> Program:
-    """The compiled program of this description; compiled once a session, kept until forget_programs().
+    """The compiled program of this description (compute.py has the other kind); compiled once a session, kept until
+    forget_programs().
 
     Raises RuntimeError naming the program and its files when the driver refuses it (its log is on the console).
     """
     if info in _known:
         return _known[info]
     generated = dict(info.generated)
-    vertex, fragment = resolve_includes(info.vertex, generated), resolve_includes(info.fragment, generated)
-    key = hashlib.sha256(repr((info, vertex, fragment)).encode()).hexdigest()
+    texts = {stage: resolve_includes(file, generated) for stage, file in info.stages.items()}
+    key = hashlib.sha256(repr((info, texts)).encode()).hexdigest()
     if not _cache:
         # Shaders that outlive Blender's GPU crash the process as it exits. (Registered after bpy's own: runs before it.)
         atexit.register(forget_programs)
     if key not in _cache:
-        _cache[key] = Program(info, _compile(info, vertex, fragment))
+        _cache[key] = info.made_of(_compile(info, texts))
         if counts is not None:
             counts.compiles += 1
     _known[info] = _cache[key]
@@ -150,7 +174,7 @@ def forget_programs():
         atexit.unregister(forget_programs)
 
 
-def _compile(info: ProgramInfo, vertex: str, fragment: str):
+def _compile(info, texts: dict[str, str]):
     gpu = ensure()
     size = sum(4 * max(_FLOATS[kind], 1) for kind, _ in info.uniforms)
     if size > 128:
@@ -166,21 +190,13 @@ def _compile(info: ProgramInfo, vertex: str, fragment: str):
         create.push_constant(kind, name)
     for slot, (kind, name) in enumerate(info.samplers):
         create.sampler(slot, kind, name)
-    for slot, (kind, name) in enumerate(info.attributes):
-        create.vertex_in(slot, kind, name)
-    for slot, (kind, name) in enumerate(info.outputs):
-        create.fragment_out(slot, kind, name)
-    if info.varyings:
-        interface = gpu.types.GPUStageInterfaceInfo(info.name.replace("-", "_") + "_iface")
-        for how, kind, name in info.varyings:
-            getattr(interface, how)(kind, name)
-        create.vertex_out(interface)
-    create.vertex_source(vertex)
-    create.fragment_source(fragment)
+    info.declare(gpu, create)
+    for stage, text in texts.items():
+        getattr(create, f"{stage}_source")(text)
     try:
         return gpu.shader.create_from_info(create)
     except Exception as error:  # Blender raises bare Exception; the driver's log went to the console
-        raise RuntimeError(f"shader {info.name} ({info.vertex}, {info.fragment}) does not compile: {error}") from error
+        raise RuntimeError(f"shader {info.name} ({', '.join(info.stages.values())}) does not compile: {error}") from error
 
 
 def call_text(kernel, arguments: dict[str, str], prefix: str = "") -> str:

@@ -47,6 +47,19 @@ def texture_from(name: str, array: np.ndarray, counts: Counts, format: str | Non
     return texture
 
 
+def plane_from(name: str, array: np.ndarray, counts: Counts):
+    """A 2-D R32F texture of (H, W) float32, bit by bit, filtering off. Raises ReflectError when it is too large."""
+    gpu = ensure()
+    height, width = array.shape
+    check_size(name, width, height)
+    data = np.ascontiguousarray(array, np.float32).ravel()
+    texture = gpu.types.GPUTexture((width, height), format="R32F", data=gpu.types.Buffer("FLOAT", data.size, data))
+    texture.filter_mode(False)
+    counts.uploads += 1
+    counts.upload_bytes += 4 * width * height
+    return texture
+
+
 def volume_from(name: str, array: np.ndarray, counts: Counts):
     """A filtered 3-D RGBA16F texture from (D, H, W, 4) float32, clamped at its edges."""
     gpu = ensure()

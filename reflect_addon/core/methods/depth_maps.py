@@ -100,8 +100,7 @@ def bake(job: BakeJob) -> Asset:
 
 def _check(settings: dict) -> None:
     n, m = int(settings["turns"]), int(settings["points"])
-    if m < 2:
-        raise ReflectError(f"A row of a depth map cannot have {m} points.", "Give at least 2 points.")
+    srdm.check(int(settings["texels"]), n, m)
     if n * -(-m // 2) > TALLEST:
         raise ReflectError(
             f"Depth maps with {n} turns of {m} points are wider than graphics cards hold.",
