@@ -39,7 +39,7 @@ def views_for(job: BakeJob, volumes: tuple[str, ...]) -> list[DepthView]:
         met = _met(job, instance, hits)
         views += [DepthView(name, c) for c in chosen(job, instance, hits.position[met], hits.normal[met])]
     met = _met(job, job.reflector, hits)
-    if len(rays) and np.mean(met) > SELF:
+    if job.settings["self_reflections"] and len(rays) and np.mean(met) > SELF:
         points = hits.position[met], hits.normal[met]
         views += [DepthView(job.reflector.name, c, own=True) for c in chosen(job, job.reflector, *points)]
     return views

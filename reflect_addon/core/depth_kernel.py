@@ -139,10 +139,12 @@ def _best_row(k, asset, i, w, steep, first, last):
     found, s, fall = look(best, 0.5)
     if asset.options["rows"] == 1:
         return found, s, fall
-    k.cite("popescu-2006 5.2: look up the two best rows; then the one that contains the projection where they are met")
+    k.cite("popescu-2006 5.2: look up the two best rows; they say where the projection's own row is to be looked up")
     second = k.name("second_best", best + k.select(turns > best, 1.0, -1.0))
-    found, s, fall = k.branch(found, lambda: (found, s, fall), lambda: look(second, 0.5))
-    return k.branch(found, lambda: look(best, s), lambda: (found, s, fall))
+    there = k.branch(found, lambda: (found, s, fall), lambda: look(second, 0.5))
+    exact = k.branch(there[0], lambda: look(best, there[1]), lambda: there)
+    # What the best turn loses there, at the edge of a row, the second may still have.
+    return k.branch(there[0] & ~exact[0], lambda: look(second, there[1]), lambda: exact)
 
 
 def walk(k, asset, x, y, forward, line, steep):

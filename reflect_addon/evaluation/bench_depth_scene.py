@@ -1,7 +1,7 @@
 """What the targets on depth maps are measured on: one scene, its rays and assets of it.
 
-One object stands close to a mirror ball, one depth map of it faces the mirror; the object is the Stanford bunny where it
-is at hand, as in the paper, else Suzanne. Hit errors are judged by the mesh itself.
+As in the paper's Fig 3 a matt object touches a mirror of the same shape, and one depth map of it faces the mirror; the
+object is the Stanford bunny where it is at hand, else Suzanne. Hit errors are judged by the mesh itself.
 """
 
 import os
@@ -9,7 +9,9 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Matrix, Vector
 
+from ..core.billboard_atlas import ROW
 from ..core.job import BakeJob
 from ..core.kernel import Hit, record, run_numpy
 from ..core.methods import depth_maps
@@ -20,7 +22,8 @@ from ..scene.intersect import intersector
 from ..scene.raytrace import trace
 
 SIZE = (256, 256)
-BAKE = {**depth_maps.DEFAULTS, "resolution": 64, "samples": 1, "texels": 256, "maps": 1, "sky_error": 0}
+BAKE = {**depth_maps.DEFAULTS, "resolution": 64, "samples": 1, "texels": 256, "maps": 1}
+BAKE |= {"sky_error": 0, "self_reflections": False}  # one map in all
 
 
 class Bench:
@@ -43,14 +46,20 @@ class Bench:
         self.distance = self.intersect(self.object, rays)  # (N,) m, inf = the ray passes the object
         self.rays = rays
 
-    def near(self) -> np.ndarray:
-        """(N,) bool: rays that pass through the object's bounding sphere; all others cost nobody anything."""
-        low, high = self.snapshot.bounds([self.object])
-        to = (low + high) / 2 - self.rays.origin
-        along = (to * self.rays.direction).sum(1)
-        beside = np.linalg.norm(to - self.rays.direction * along[:, None], axis=1)
-        radius = np.linalg.norm(high - low) / 2
-        return (beside < radius) & (along + radius > 0)
+    def crossing(self, points: int = 64) -> np.ndarray:
+        """(N,) bool: rays that pass through the depth camera's frustum, told by points on them; others cost nobody anything."""
+        vertices = self.snapshot.world_positions(self.object)
+        low, high = vertices.min(0), vertices.max(0)
+        along = ((low + high) / 2 - self.rays.origin) * self.rays.direction
+        row = self.asset().images["billboard_buf"][0].astype(np.float64)
+        found = np.zeros(len(self.rays), bool)
+        for step in np.linspace(-1, 1, points) * np.linalg.norm(high - low) / 2:
+            t = np.maximum(along.sum(1) + step, 0)[:, None]
+            p = self.rays.origin + self.rays.direction * t - self.asset().uniforms["center"]
+            z, x, y = (p @ row[ROW[name], :3] + row[ROW[name], 3] for name in ("plane", "u", "v"))
+            hither, yon = row[ROW["limits"], :2]
+            found |= (hither < z) & (z < yon) & (np.abs(x) < z) & (np.abs(y) < z)
+        return found
 
     def asset(self, method=depth_maps, **settings):
         """The method's asset of the mirror; settings over BAKE."""
@@ -106,31 +115,33 @@ def search_only(search=None):
 
 
 def depth_scene() -> tuple[bpy.types.Scene, str]:
-    """(a new file: mirror ball, object beside it, lamp, camera; what the object is)."""
+    """(a new file, what the object is): the object and a mirror of the same shape that faces it and just touches it, as in
+    the paper's Fig 3, seen from the side."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, location=(-1.75, 0, 0))
-    ball = bpy.context.object
-    ball.name = "Mirror"
-    bpy.ops.object.shade_smooth()
-    mirror = bpy.data.materials.new("Mirror")
-    shader = mirror.node_tree.nodes["Principled BSDF"]
-    shader.inputs["Metallic"].default_value, shader.inputs["Roughness"].default_value = 1.0, 0.0
-    ball.data.materials.append(mirror)
     thing, name = _object()
     thing.name = "Object"
-    matt = bpy.data.materials.new("Matt")
-    matt.node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 1.0
-    matt.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0.0
-    thing.data.materials.clear()
-    thing.data.materials.append(matt)
-    world = bpy.data.worlds.new("World")
-    scene.world = world
+    for made, metallic in ((thing, 0.0), (thing.copy(), 1.0)):
+        material = bpy.data.materials.new("Mirror" if metallic else "Matt")
+        shader = material.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Metallic"].default_value, shader.inputs["Roughness"].default_value = metallic, 1.0 - metallic
+        shader.inputs["Specular IOR Level"].default_value = 0.0
+        made.data = made.data.copy()
+        made.data.materials.clear()
+        made.data.materials.append(material)
+        made.data.polygons.foreach_set("use_smooth", [True] * len(made.data.polygons))
+        if metallic:
+            made.name = "Mirror"
+            scene.collection.objects.link(made)
+            made.matrix_world = Matrix.Translation((0.2, -1.35, 0.0)) @ Matrix.Rotation(np.pi, 4, "Z") @ thing.matrix_world
+    scene.world = bpy.data.worlds.new("World")
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)
-    camera.location, camera.rotation_euler = (1.6, -4.6, 0.6), (np.radians(83), 0, np.radians(36))
-    camera.data.lens = 85
+    camera.location = (4.5, 1.2, 0.8)
+    camera.rotation_euler = (Vector((0.3, -1.2, 0.0)) - camera.location).to_track_quat("-Z", "Y").to_euler()
+    camera.data.lens = 70
     scene.camera = camera
+    bpy.context.view_layer.update()
     return scene, name
 
 
@@ -150,7 +161,7 @@ def _object() -> tuple[bpy.types.Object, str]:
         found.modifiers["Subdivision"].levels = 2
     corners = np.array([found.matrix_world @ c.co for c in found.data.vertices])
     size = 2.0 / np.ptp(corners, axis=0).max()
-    found.location = tuple(-size * (corners.min(0) + corners.max(0)) / 2)
-    found.scale = tuple(size * s for s in found.scale)
+    middle = Matrix.Translation(tuple(-(corners.min(0) + corners.max(0)) / 2))
+    found.matrix_world = Matrix.Scale(size, 4) @ middle @ found.matrix_world
     return found, name
 

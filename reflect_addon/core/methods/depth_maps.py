@@ -35,6 +35,7 @@ DEFAULTS = {
     **{name: value for name, value in billboards.DEFAULTS.items() if name != "live"},  # maps only move: no surfaces
     "texels": 256,
     "maps": 4,  # most maps of one object
+    "self_reflections": True,  # maps of the reflector itself, where its rays meet it
     "turns": 60,  # n of the paper: 3 degrees
     "points": 16,  # m of the paper
     "rows": 1,  # 2: the two best rows, blended
