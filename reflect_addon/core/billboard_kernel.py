@@ -1,0 +1,96 @@
+"""Billboards as kernel functions: the nearest quad that a ray meets, and its colour there [popescu-2006 3.1, steps 2, 4].
+
+Every method whose stand-ins include quads records these. The table and the atlas are billboard_atlas's.
+"""
+
+from . import spaces
+from .billboard_atlas import ROW
+from .cubemap import blend_levels
+
+# Alpha above which a texel is the object: half, so that bilinear contours lie where the object's edge lies.
+SOLID = 0.5
+# Below it the ratio of premultiplied radiance and alpha is no colour.
+LEAST_ALPHA = 1e-3
+
+
+def nearest(k, asset, ray, start):
+    """(distance m, row, u, v) of the nearest of the asset's quads that the ray meets; distance FAR where it meets none.
+
+    start: vec3, the ray's origin relative to the asset's centre. asset.options: count of rows, contours (alpha matters).
+    """
+    return k.loop(
+        asset.options["count"],
+        (spaces.FAR, 0.0, 0.0, 0.0),
+        lambda i, distance, row, u, v: (_meet(k, asset, ray, start, i, (distance, row, u, v)), None),
+    )
+
+
+def radiance(k, asset, ray, distance, row, u, v):
+    """vec3: what quad `row` shows at u, v, from the level that is as coarse as the ray's footprint there."""
+    place, detail = _fetch(k, asset, "place", row), _fetch(k, asset, "detail", row)
+    level = _level(k, ray, distance, detail)
+    texel = blend_levels(k, level, detail.x, lambda i: _sample(k, asset, place, i, u, v))
+    return k.name("billboard_radiance", texel.xyz * (asset.uniforms["billboard_scale"] / k.max(texel.w, LEAST_ALPHA)))
+
+
+def _meet(k, asset, ray, start, i, before):
+    """One step of the loop: (distance, row, u, v) of the nearest billboard so far, this one being row i.
+
+    One fetch for a quad that cannot be met, three for one that is met; more only at a contour.
+    """
+    distance = before[0]
+    plane = k.name("plane", _fetch(k, asset, "plane", i))
+    facing = k.name("facing", k.dot(ray.direction, plane.xyz))
+    # One-sided: a ray from behind, or along the plane, does not see it.
+    t = k.name("t", (k.dot(start, plane.xyz) - plane.w) / k.max(-facing, 1e-20))
+
+    def in_plane():
+        axis_u, axis_v = _fetch(k, asset, "u", i), _fetch(k, asset, "v", i)
+        p = k.name("in_plane", start + ray.direction * t)
+        u, v = k.name("u", k.dot(p, axis_u.xyz) + axis_u.w), k.name("v", k.dot(p, axis_v.xyz) + axis_v.w)
+        inside = (k.abs(u) <= 1.0) & (k.abs(v) <= 1.0)
+        met = (t, i, u, v)
+        if not asset.options["contours"]:
+            return tuple(k.select(inside, new, old) for new, old in zip(met, before, strict=True))
+        return k.branch(inside, lambda: _within_contour(k, asset, ray, i, met, before), lambda: before)
+
+    return k.branch((facing < 0.0) & (t > 0.0) & (t < distance), in_plane, lambda: before)
+
+
+def _within_contour(k, asset, ray, i, met, before):
+    """`met` where the billboard's alpha says that the object is there, else `before`."""
+    t, _, u, v = met
+    detail = k.name("detail", _fetch(k, asset, "detail", i))
+
+    def alpha():
+        place = _fetch(k, asset, "place", i)
+        # The finer of the two levels that its colour is blended from.
+        level = k.floor(_level(k, ray, t, detail))
+        return (_sample(k, asset, place, level, u, v).w,)
+
+    solid = k.branch(detail.z > 0.5, lambda: (1.0,), alpha)[0] >= SOLID
+    return tuple(k.select(solid, new, old) for new, old in zip(met, before, strict=True))
+
+
+def _fetch(k, asset, field: str, row):
+    return k.fetch(asset.images["billboard_buf"], float(ROW[field]), row)
+
+
+def _level(k, ray, distance, detail):
+    """Level whose texels are as wide as the ray's footprint."""
+    footprint = (ray.width + ray.spread * distance) * detail.y
+    return k.name("level", k.min(k.log2(k.max(footprint, 1.0)), detail.x))
+
+
+def _sample(k, asset, place, level, u, v):
+    """Bilinear texel of one level of one billboard; see billboard_atlas for where levels lie."""
+    image = asset.images["billboard_tx"]
+    width, height = place.z, place.w
+    across, up = (u * 0.5 + 0.5) * width, (v * 0.5 + 0.5) * height
+    if level is None:
+        return k.sample(image, place.x + across, place.y + up)
+    scale = k.name("level_scale", k.exp2(-level))
+    above = level >= 1.0
+    x = place.x + k.select(above, width + 2.0, 0.0)
+    y = place.y + k.select(above, height * (1.0 - 2.0 * scale) + 2.0 * (level - 1.0), 0.0)
+    return k.sample(image, x + across * scale, y + up * scale)
