@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .billboard_fit import Quad
+from .shading import material_rows, roughness_spread
+from .snapshot import Material
 
 # Columns of the table, one texel (vec4) each; a row is a billboard. p is a point relative to the asset's centre, so that
 # float32 keeps its digits wherever the scene lies.
@@ -18,7 +20,12 @@ from .billboard_fit import Quad
 #   u, v: axis / half extent, w so that dot(p, u.xyz) + u.w is in -1..1
 #   place: xy = level 0's lowest left texel inside its border; zw = width, height of level 0 in texels
 #   detail: x = coarsest level; y = texels per metre; z = 1 where all of it is opaque
-ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4}
+# and, in tables with mirrors, whose rows are the last:
+#   base: colour, metallic; tint: specular tint, index of refraction (core/shading.py)
+#   normals: xy = place in normal_tx of the block with the same size and levels; z = weight of the mirror-like lobe;
+#   w = spread that its roughness adds to a ray
+ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4, "base": 5, "tint": 6, "normals": 7}
+DIFFUSE_COLUMNS = 5
 # Coarsest level: its smaller side still has this many texels.
 COARSEST = 4
 
@@ -80,9 +87,13 @@ def _block(image: np.ndarray) -> np.ndarray:
     return block
 
 
-def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], center) -> np.ndarray:
-    """(count, 5, 4) float32 table, at least one row. center: (3,) world, m, what rows are relative to."""
-    rows = np.zeros((max(len(quads), 1), len(ROW), 4), np.float32)
+def table_rows(
+    quads: list[Quad], placed: list[Placed], opaque: list[bool], center, mirrors: list[tuple[Material, Placed]] = ()
+) -> np.ndarray:
+    """(count, columns, 4) float32 table, at least one row. center: (3,) world, m, what rows are relative to.
+
+    mirrors: for each of the last rows its material and where its normals lie."""
+    rows = np.zeros((max(len(quads), 1), len(ROW) if mirrors else DIFFUSE_COLUMNS, 4), np.float32)
     for row, quad, where, full in zip(rows, quads, placed, opaque, strict=False):
         place = np.asarray(quad.center, np.float64) - center
         row[ROW["plane"]] = *quad.normal, np.dot(place, quad.normal)
@@ -91,4 +102,7 @@ def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], cent
             row[ROW[name]] = *scaled, -np.dot(place, scaled)
         row[ROW["place"]] = where.x, where.y, where.width, where.height
         row[ROW["detail"], :3] = where.levels - 1, where.width / (2 * quad.half_u), full
+    for row, (material, where) in zip(rows[len(quads) - len(mirrors) : len(quads)], mirrors, strict=True):
+        row[ROW["base"]], row[ROW["tint"]], (weight, *_) = material_rows(material)
+        row[ROW["normals"]] = where.x, where.y, weight, roughness_spread(material)
     return rows
