@@ -24,7 +24,8 @@ from .snapshot import Material
 #   base: colour, metallic; tint: specular tint, index of refraction (core/shading.py)
 #   normals: xy = place in normal_tx of the block with the same size and levels; z = weight of the mirror-like lobe;
 #   w = spread that its roughness adds to a ray
-ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4, "base": 5, "tint": 6, "normals": 7}
+#   eye: place of the capture's camera relative to the asset's centre; w = 1 / its height above the plane, 0 = parallel rays
+ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4, "base": 5, "tint": 6, "normals": 7, "eye": 8}
 DIFFUSE_COLUMNS = 5
 # Coarsest level: its smaller side still has this many texels.
 COARSEST = 4
@@ -102,7 +103,11 @@ def table_rows(
             row[ROW[name]] = *scaled, -np.dot(place, scaled)
         row[ROW["place"]] = where.x, where.y, where.width, where.height
         row[ROW["detail"], :3] = where.levels - 1, where.width / (2 * quad.half_u), full
-    for row, (material, where) in zip(rows[len(quads) - len(mirrors) : len(quads)], mirrors, strict=True):
+    last = slice(len(quads) - len(mirrors), len(quads))
+    for row, quad, (material, where) in zip(rows[last], quads[last], mirrors, strict=True):
         row[ROW["base"]], row[ROW["tint"]], (weight, *_) = material_rows(material)
+        if quad.eye is not None:
+            above = np.dot(np.asarray(quad.eye) - quad.center, quad.normal)
+            row[ROW["eye"]] = *(np.asarray(quad.eye) - center), 1 / above
         row[ROW["normals"]] = where.x, where.y, weight, roughness_spread(material)
     return rows

@@ -32,7 +32,9 @@ class Texels:
     """What fills a quad; row 0 at its low v."""
 
     radiance: np.ndarray  # (h, w, 4) float32: premultiplied radiance and alpha; of mirrors their own light only
-    normals: np.ndarray | None = None  # (h, w, 4) float32: alpha * world unit normal, alpha * share; None: no mirror
+    # (h, w, 4) float32 relief of a mirror: world unit normal * share that mirrors, height above the plane in half widths,
+    # all times alpha; None: nothing of it mirrors
+    normals: np.ndarray | None = None
 
     def coarser(self, size: tuple[int, int]) -> "Texels":
         """Means over blocks, at most `size` (height, width)."""
@@ -127,7 +129,7 @@ def _filled(job: BakeJob, quads: list[Quad], parts: list[_Part], hits: list[Hits
         shown = h.radiance
         if bent is not None:
             normals = np.zeros((*part.size, 4), np.float32)
-            normals.reshape(-1, 4)[part.solid] = np.c_[h.normal, share]
+            normals.reshape(-1, 4)[part.solid] = np.c_[h.normal * share[:, None], quad.height(h.position)]
             shown = billboard_mirrors.own_light(mirror.material, shown, bent[1], share, next(arriving).radiance)
         radiance.reshape(-1, 4)[part.solid] = np.c_[shown, np.ones(len(shown))]
         seen = np.zeros(len(part.solid), bool)

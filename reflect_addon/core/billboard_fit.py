@@ -82,6 +82,10 @@ class Quad:
         direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
         return Rays(np.broadcast_to(np.asarray(self.eye), points.shape).copy(), direction)
 
+    def height(self, points: np.ndarray) -> np.ndarray:
+        """(N,) of world points (N, 3) above the plane, in half widths (half_u)."""
+        return (points.astype(np.float64) - np.asarray(self.center)) @ np.asarray(self.normal) / self.half_u
+
     def faces(self, corners: np.ndarray) -> bool:
         """Whether any of the points (N, 3) lies on the side that the quad can be seen from."""
         return bool(np.any((corners - np.asarray(self.center)) @ np.asarray(self.normal) > 0))

@@ -67,8 +67,9 @@ def _mirrors(job: BakeJob, quads: list[Quad], captured: list[Texels]):
     by_name = {i.name: i for i in job.scene.instances}
     materials = [mirror_of(job.scene, by_name[q.instance]).material for q, _ in reflective]
     atlas, placed = pack([normals for _, normals in reflective])
-    partly = any(not np.allclose(t.normals[..., 3], t.radiance[..., 3]) for t in captured if t.normals is not None)
-    options = {"partly": partly, **lobe_options(materials)}
+    partly = any(not mirror_of(job.scene, by_name[q.instance]).whole for q, _ in reflective)
+    relief = any(not q.shared for q, _ in reflective)
+    options = {"partly": partly, "relief": relief, **lobe_options(materials)}
     return list(zip(materials, placed, strict=True)), {"normal_tx": atlas.astype(np.float16)}, options
 
 
