@@ -84,3 +84,9 @@ PEER_FURNACE = 0.03
 PEER_PIXELS = 0.03
 # popescu-2006 5.2, relative z error of the bunny by points per row: the paper's own figures, held over the depth range.
 SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
+# core/second_order.py, a ball seen in a ball 0.3 to 2 m away, share of the first-order picture's error: what is left are
+# edges of tiles, rays that miss the quad but not the ball, and the first ball's image in the second (third order).
+SECOND_ORDER_RMSE = 0.8
+SECOND_ORDER_MEDIAN = 0.1
+# A flat mirror before a picture with a gradient of 0.1 per metre: texels of 3 cm, half-float colours.
+FLAT_MIRROR = 3e-3

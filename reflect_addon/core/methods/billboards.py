@@ -98,6 +98,7 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
         # Every dupli of an object is hidden with it, so all of them must have quads.
         leaves = complete and not _is_mirror_room(job, instance, center)
         whole[instance.object_name] = whole.get(instance.object_name, True) and leaves
+    whole.pop(job.reflector.object_name, None)  # other duplis of it are hidden with it as they are
     return quads, tuple(name for name, complete in whole.items() if complete)
 
 
