@@ -4,15 +4,18 @@ tests of GLSL and shader nodes run on."""
 import numpy as np
 import trimesh
 from analytic import directions, unit
-from mesh_scenes import job, snapshot
+from mesh_scenes import MATTE, job, smooth_mirror, snapshot
 
 from reflect_addon.core import methods
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import run_numpy
 from reflect_addon.core.rays import Rays
-from reflect_addon.core.snapshot import SceneSnapshot
+from reflect_addon.core.snapshot import Material, SceneSnapshot
 
-SETTINGS = {"resolution": 32, "samples": 1, "texels": 32, "sky_error": 0}
+GOLD = Material("gold", metallic=1.0, roughness=0.15, base_color=(1.0, 0.8, 0.4), is_reflector=True)
+LACQUER = Material("lacquer", roughness=0.0, ior=1.6, is_reflector=True)
+# One map of few points: Cycles unrolls the loops of shader nodes, and what it has to compile grows with their product.
+SETTINGS = {"resolution": 32, "samples": 1, "texels": 32, "sky_error": 0, "maps": 1, "points": 6, "self_reflections": False}
 
 
 def turned(shape: trimesh.Trimesh, at, angle=0.4) -> trimesh.Trimesh:
@@ -21,15 +24,22 @@ def turned(shape: trimesh.Trimesh, at, angle=0.4) -> trimesh.Trimesh:
 
 
 def scene_of_everything() -> SceneSnapshot:
-    """A mirror ball in a room without a ceiling, beside a torus (a volume with a hole), a crate (flat) and a needle."""
+    """A mirror ball in a room without a ceiling, beside a torus (a volume with a hole), a crate (flat), a needle, and two
+    other mirrors: a ball that is one in its upper half only, and a lacquered block (flat)."""
     room = trimesh.creation.box((6, 5, 3))
     room.update_faces(room.face_normals[:, 2] < 0.9)
+    half = smooth_mirror(trimesh.creation.icosphere(3, 0.35), (GOLD, MATTE))
+    half.metadata["faces"] = half.triangles_center[:, 2] < 0
+    block = trimesh.creation.box((0.5, 0.6, 0.7))
+    block.metadata["material"] = LACQUER
     return snapshot(
         trimesh.creation.icosphere(3, 0.5).apply_translation([0.3, -0.2, 0.1]),
         Room=room,
         Torus=turned(trimesh.creation.torus(0.4, 0.15), [1.6, 0.3, 0.2]),
         Crate=turned(trimesh.creation.box((0.7, 0.5, 0.4)), [-1.5, 1.0, -0.6]),
         Needle=turned(trimesh.creation.cylinder(0.01, 1.0, sections=100), [0.2, 1.7, 0.0]),
+        Half=turned(half, [-1.0, -1.3, 0.2]),
+        Block=turned(block, [1.5, -1.5, -0.8]),
     )
 
 

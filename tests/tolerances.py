@@ -95,3 +95,9 @@ CAPTURE_RADIANCE = (0.01, 0.03)
 # core/srdm.py: sines in steps of 2^-19 put a corner of the largest map (724 texels from the middle) this far off, texels:
 # half a step in each of sine and cosine.
 SRDM_SAMPLE = 1e-3
+# core/second_order.py, a ball seen in a ball 0.3 to 2 m away, share of the first-order picture's error: what is left are
+# edges of tiles, rays that miss the quad but not the ball, and the first ball's image in the second (third order).
+SECOND_ORDER_RMSE = 0.8
+SECOND_ORDER_MEDIAN = 0.1
+# A flat mirror before a picture with a gradient of 0.1 per metre: texels of 3 cm, half-float colours.
+FLAT_MIRROR = 3e-3

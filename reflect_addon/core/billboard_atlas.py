@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .billboard_fit import Quad
+from .shading import material_rows, roughness_spread
+from .snapshot import Material
 
 # Columns of the table, one texel (vec4) each; a row is a billboard. p is a point relative to the asset's centre, so that
 # float32 keeps its digits wherever the scene lies.
@@ -18,12 +20,18 @@ from .billboard_fit import Quad
 #   u, v: axis / half extent, w so that dot(p, u.xyz) + u.w is in -1..1
 #   place: xy = level 0's lowest left texel inside its border; zw = width, height of level 0 in texels
 #   detail: x = coarsest level; y = texels per metre; z = 1 where all of it is opaque
+# Tables with mirrors:
+#   base: colour, metallic; tint: specular tint, index of refraction (core/shading.py)
+#   normals: xy = place in normal_tx of the block with the same size and levels; z = weight of the mirror-like lobe;
+#   w = spread that its roughness adds to a ray
+#   eye: place of the capture's camera relative to the asset's centre; w = 1 / its height above the plane, 0 = parallel rays
 # A depth map's row (depth_atlas.py) has its camera in plane, u and v, and
 #   limits: x = hither, y = yon, m; z = distance of the nearest hit that counts, m; w = rise in q per texel from which a
 #     segment counts as steep
 #   ball: centre and radius of a sphere around the object
 #   table: xy = lowest left texel of its simplified rows in srdm_buf, zw = of its depths in depth_tx
-ROW = {"plane": 0, "u": 1, "v": 2, "place": 3, "detail": 4, "limits": 5, "ball": 6, "table": 7}
+_COLUMNS = ("plane", "u", "v", "place", "detail", "base", "tint", "normals", "eye", "limits", "ball", "table")
+ROW = {name: column for column, name in enumerate(_COLUMNS)}
 # Coarsest level: its smaller side still has this many texels.
 COARSEST = 4
 
@@ -111,6 +119,15 @@ def table_row(quad: Quad, where: Placed, opaque: bool, center) -> np.ndarray:
     return row
 
 
+def write_mirror(row: np.ndarray, material: Material, where: Placed, quad: Quad | None, center) -> None:
+    """Makes a row (len(ROW), 4) that of a mirror: its material, where its normals lie and, of a quad, the capture's eye."""
+    row[ROW["base"]], row[ROW["tint"]], (weight, *_) = material_rows(material)
+    row[ROW["normals"]] = where.x, where.y, weight, roughness_spread(material)
+    if quad is not None and quad.eye is not None:
+        above = np.dot(np.asarray(quad.eye) - quad.center, quad.normal)
+        row[ROW["eye"]] = *(np.asarray(quad.eye) - center), 1 / above
+
+
 def placed_of(row: np.ndarray) -> Placed:
     """Where a row (len(ROW), 4) of the table says that its texels lie."""
     x, y, width, height = (int(n) for n in row[ROW["place"]])
@@ -135,6 +152,8 @@ def moved_row(row: np.ndarray, world_from_world: np.ndarray, center) -> np.ndarr
         out[ROW[name], :3] = turn @ axes[name] / scale
         out[ROW[name], 3] = -middle @ out[ROW[name], :3]
     out[ROW["detail"], 1] /= scale
+    out[ROW["eye"], :3] = world_from_world[:3, :3] @ (row[ROW["eye"], :3] + center) + world_from_world[:3, 3] - center
+    out[ROW["eye"], 3] /= scale
     return out.astype(np.float32)
 
 

@@ -4,12 +4,16 @@ Flat quads are shared by all reflectors and traced once, with all the texels ask
 reflector. No reflector's asset has texels that it sees under less than billboard_fit.FINEST.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from . import billboard_mirrors
 from .billboard_fit import Quad
 from .flat_parts import is_closed
 from .job import BakeJob
-from .rays import Rays
+from .mirrors import mirror_of
+from .rays import Hits, Rays
 from .snapshot import Instance, corners_of
 
 # Rays start this share of the scene's diagonal above the surface: below any visible gap ...
@@ -23,48 +27,119 @@ COVERED = 1e-3
 MOST_CROSSINGS = 32
 
 
-def capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
-    """Per quad (h, w, 4) float32: premultiplied radiance and alpha, row 0 at its low v."""
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """What fills a quad; row 0 at its low v."""
+
+    radiance: np.ndarray  # (h, w, 4) float32: premultiplied radiance and alpha; of mirrors their own light only
+    # (h, w, 4) float32 relief of a mirror: world unit normal * share that mirrors, height above the plane in half widths,
+    # all times alpha; None: nothing of it mirrors
+    normals: np.ndarray | None = None
+
+    def coarser(self, size: tuple[int, int]) -> "Texels":
+        """Means over blocks, at most `size` (height, width)."""
+        return Texels(_coarser(self.radiance, size), None if self.normals is None else _coarser(self.normals, size))
+
+
+@dataclass(eq=False)
+class _Part:
+    """The solid texels of one quad, on their way through the bundles."""
+
+    instance: Instance
+    size: tuple[int, int]
+    rays: Rays  # of all texels
+    solid: np.ndarray  # (h * w,) bool
+    distance: np.ndarray  # (h * w,)
+    start: np.ndarray  # (n, 3) float64, world: just above the surface
+    lift: np.ndarray  # (n,) m
+
+    @property
+    def direction(self) -> np.ndarray:
+        return self.rays.direction[self.solid]
+
+
+def capture(job: BakeJob, quads: list[Quad]) -> list[Texels]:
+    """What fills each of the quads."""
     viewers = job.scene.bounds([job.reflector])
     most = int(job.settings["texels"])
-    texels = [most if quad.shared else quad.enough(most, viewers) for quad in quads]
-    least = LIFT * max(job.scene.diagonal(), 1e-30)
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
-    images = [job.shared.get((quad, n)) for quad, n in zip(quads, texels, strict=True)]
-    starts, directions, owners = [], [], []
-    for index, quad in enumerate(quads):
-        if images[index] is not None:
-            continue
-        rays = quad.rays(texels[index])
-        distance = job.intersect(by_name[quad.instance], rays)
-        solid = np.isfinite(distance) & (distance <= quad.reach)
-        # Computed in float64: float32 positions far from the origin would lose the lift.
-        surface = rays.origin.astype(np.float64) + rays.direction * np.where(solid, distance, 0.0)[:, None]
-        lift = np.maximum(least, LIFT_ROUNDING * np.abs(surface).max(-1, keepdims=True))
-        start = surface - rays.direction * lift
-        images[index] = np.zeros((*quad.size(texels[index]), 4), np.float32)
-        starts.append(start[solid])
-        directions.append(rays.direction[solid])
-        owners.append((index, solid))
-    if sum(len(s) for s in starts):
-        bundle = Rays(np.concatenate(starts).astype(np.float32), np.concatenate(directions).astype(np.float32))
-        hits = job.trace(bundle, hide=(job.reflector.object_name,), samples=int(job.settings["samples"]))
-        at = 0
-        corners = corners_of(viewers)
-        for (index, solid), start in zip(owners, starts, strict=True):
-            rows = slice(at, at + len(start))
-            at += len(start)
-            image = images[index].reshape(-1, 4)
-            image[solid, :3] = hits.radiance[rows]
-            image[solid, 3] = 1.0
-            seen = np.zeros(len(image), bool)
-            if quads[index].shared:
-                seen[solid] = ~_covered(job, quads[index], start)
-            else:
-                seen[solid] = _faces_any(hits.position[rows], hits.normal[rows], corners)
-            fill_unseen(images[index], seen.reshape(images[index].shape[:2]))
-    job.shared.update({(quad, most): image for quad, image in zip(quads, images, strict=True) if quad.shared})
-    return [_coarser(image, quad.size(quad.enough(most, viewers))) for quad, image in zip(quads, images, strict=True)]
+    found = [job.shared.get((quad, most)) if quad.shared else None for quad in quads]
+    missing = [i for i, texels in enumerate(found) if texels is None]
+    parts = [
+        _part(job, quads[i], by_name[quads[i].instance], most if quads[i].shared else quads[i].enough(most, viewers))
+        for i in missing
+    ]
+    hits = _trace_all(job, parts)
+    for i, texels in zip(missing, _filled(job, [quads[i] for i in missing], parts, hits, viewers), strict=True):
+        found[i] = texels
+    job.shared.update({(quad, most): texels for quad, texels in zip(quads, found, strict=True) if quad.shared})
+    return [texels.coarser(quad.size(quad.enough(most, viewers))) for quad, texels in zip(quads, found, strict=True)]
+
+
+def _part(job: BakeJob, quad: Quad, instance: Instance, texels: int) -> _Part:
+    rays = quad.rays(texels)
+    distance = job.intersect(instance, rays)
+    solid = np.isfinite(distance) & (distance <= quad.reach)
+    # Computed in float64: float32 positions far from the origin would lose the lift.
+    surface = rays.origin.astype(np.float64) + rays.direction * np.where(solid, distance, 0.0)[:, None]
+    least = LIFT * max(job.scene.diagonal(), 1e-30)
+    lift = np.maximum(least, LIFT_ROUNDING * np.abs(surface).max(-1, keepdims=True))
+    start = surface - rays.direction * lift
+    return _Part(instance, quad.size(texels), rays, solid, distance, start[solid], lift[solid, 0])
+
+
+def _trace_all(job: BakeJob, parts: list[_Part]) -> list[Hits]:
+    """What each part's texels show. Other duplis of the reflector's object would be hidden with it."""
+    siblings = [p for p in parts if p.instance.object_name == job.reflector.object_name]
+    others = [p for p in parts if p.instance.object_name != job.reflector.object_name]
+    found = {}
+    for group, hide in ((others, (job.reflector.object_name,)), (siblings, ())):
+        rays = [Rays(p.start.astype(np.float32), p.direction.astype(np.float32)) for p in group]
+        found.update(zip(map(id, group), _trace(job, rays, hide), strict=True))
+    return [found[id(p)] for p in parts]
+
+
+def _trace(job: BakeJob, bundles: list[Rays], hide: tuple[str, ...]) -> list[Hits]:
+    """Hits of each bundle, traced as one."""
+    ends = np.cumsum([0, *map(len, bundles)])
+    if not ends[-1]:
+        return [Hits(*(np.zeros((0, *n)) for n in ((3,), (3,), (3,), (), ()))) for _ in bundles]
+    joined = Rays(np.concatenate([b.origin for b in bundles]), np.concatenate([b.direction for b in bundles]))
+    hits = job.trace(joined, hide=hide, samples=int(job.settings["samples"]))
+    fields = (hits.radiance, hits.position, hits.normal, hits.object, hits.hit)
+    return [Hits(*(f[a:b] for f in fields), hits.object_names) for a, b in zip(ends, ends[1:], strict=False)]
+
+
+def _filled(job: BakeJob, quads: list[Quad], parts: list[_Part], hits: list[Hits], viewers) -> list[Texels]:
+    corners = corners_of(viewers)
+    mirrors = [mirror_of(job.scene, part.instance) for part in parts]
+    shares = [
+        mirror and billboard_mirrors.share_of(job, part.instance, mirror, part.rays, part.distance)[part.solid]
+        for part, mirror in zip(parts, mirrors, strict=True)
+    ]
+    rays = [
+        billboard_mirrors.mirrored(h, part.direction, part.lift) if share is not None and share.any() else None
+        for part, h, share in zip(parts, hits, shares, strict=True)
+    ]
+    # Nothing is hidden: the captured mirrors showed the reflector too.
+    arriving = iter(_trace(job, [r for r, _ in filter(None, rays)], ()))
+    out = []
+    for quad, part, h, mirror, share, bent in zip(quads, parts, hits, mirrors, shares, rays, strict=True):
+        radiance, normals = np.zeros((*part.size, 4), np.float32), None
+        shown = h.radiance
+        if bent is not None:
+            normals = np.zeros((*part.size, 4), np.float32)
+            normals.reshape(-1, 4)[part.solid] = np.c_[h.normal * share[:, None], quad.height(h.position)]
+            shown = billboard_mirrors.own_light(mirror.material, shown, bent[1], share, next(arriving).radiance)
+        radiance.reshape(-1, 4)[part.solid] = np.c_[shown, np.ones(len(shown))]
+        seen = np.zeros(len(part.solid), bool)
+        if quad.shared:
+            seen[part.solid] = ~_covered(job, quad, part.start)
+        else:
+            seen[part.solid] = _faces_any(h.position, h.normal, corners)
+        fill_unseen(radiance, seen.reshape(part.size))
+        out.append(Texels(radiance, normals))
+    return out
 
 
 def _coarser(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:

@@ -46,6 +46,11 @@ class Quad:
     reach: float  # m: ... and count as the object up to this distance
     shared: bool  # flat: the same for all reflectors
 
+    @property
+    def has_relief(self) -> bool:
+        """Whether the surface lies off the plane."""
+        return not self.shared
+
     def size(self, texels: int) -> tuple[int, int]:
         """(height, width): powers of two from 4, the longer side `texels` or the power below, texels as square as that allows."""
         longest, most = max(self.half_u, self.half_v), np.floor(np.log2(max(texels, 4)))
@@ -81,6 +86,10 @@ class Quad:
         direction = points - np.asarray(self.eye)
         direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
         return Rays(np.broadcast_to(np.asarray(self.eye), points.shape).copy(), direction)
+
+    def height(self, points: np.ndarray) -> np.ndarray:
+        """(N,) of world points (N, 3) above the plane, in half widths (half_u)."""
+        return (points.astype(np.float64) - np.asarray(self.center)) @ np.asarray(self.normal) / self.half_u
 
     def faces(self, corners: np.ndarray) -> bool:
         """Whether any of the points (N, 3) lies on the side that the quad can be seen from."""

@@ -5,7 +5,8 @@ row shown last: a thousand small steps must not add up their roundings). What is
 itself would fit, looked at by the bake's own camera, and drawn into the block of the atlas that its row has: the block
 keeps its size. A depth map moves with its object, and nothing else of it changes. Nothing here touches a GPU: gpu/follow.py draws the shots.
 Limits. A row is never added: a flat thing that turns a side to the mirror which the bake left out does not show it. Light is
-not followed; what should be made again and cannot be (a deformed object's depth map) is named in `stale`.
+not followed; what should be made again and cannot be (a deformed object's depth map, a mirror) is named in `stale`, and a mirror's
+quad goes along with it as it is.
 """
 
 from dataclasses import dataclass, replace
@@ -20,11 +21,11 @@ from .camera import Camera
 from .capture_camera import quad_camera
 from .depth_atlas import hidden_map_row, moved_map_row
 from .flat_parts import contains
-from .remake import REFLECTOR, motion, part_of, remake_set, same_triangles
+from .remake import REFLECTOR, is_rigid, motion, part_of, remake_set, same_triangles
 from .snapshot import Instance, SceneSnapshot, corners_of
 from .surface_asset import SurfaceMesh
 
-KINDS = ("flat", "volume", "map")
+KINDS = ("flat", "volume", "mirror", "map")
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
     for name, group in groupby(sorted(remade, key=lambda p: (p.instance, p.row)), key=lambda p: p.instance):
         mine, instance = list(group), named[name]
         surface = _surface_on(surfaces.get(name), scene, instance, mine[0])
-        if surface is None or own.instance not in named or mine[0].kind == "map":
+        if surface is None or own.instance not in named or mine[0].kind in {"mirror", "map"}:
             stale.add(name)
             continue
         stale.discard(name)
@@ -111,7 +112,8 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
             points = _world(surface, instance)
             shots.append(Shot(surface, instance, quad_camera(quad, placed.width, placed.height, points), placed))
     table = rows.copy()
-    for part in changes.moved:
+    mirrors = [p for p in changes.remade if p.kind == "mirror" and np.linalg.det(p.matrix()) and is_rigid(motion(p, named[p.instance]))]
+    for part in (*changes.moved, *mirrors):
         move = moved_map_row if part.kind == "map" else moved_row
         table[part.row] = move(rows[part.row], motion(part, named[part.instance]), asset.uniforms["center"])
     for part in changes.gone:

@@ -13,23 +13,39 @@ SOLID = 0.5
 LEAST_ALPHA = 1e-3
 
 
-def nearest(k, asset, ray, start):
-    """(distance m, row, u, v) of the nearest of the asset's quads that the ray meets; distance FAR where it meets none.
+NOTHING = (spaces.FAR, 0.0, 0.0, 0.0)  # the record of a ray that meets nothing
 
-    start: vec3, the ray's origin relative to the asset's centre. asset.options: count of rows, contours (alpha matters).
+
+def nearest(k, asset, ray, start, first: int, last: int, before=NOTHING):
+    """(distance m, row, u, v) of the nearest of the quads `first` to before `last` that the ray meets, or `before` where
+    that is nearer; distance FAR where it meets none.
+
+    start: vec3, the ray's origin relative to the asset's centre. asset.options: contours (alpha matters).
     """
+    if first == last:
+        return before
     return k.loop(
-        asset.options["count"],
-        (spaces.FAR, 0.0, 0.0, 0.0),
-        lambda i, distance, row, u, v: (_meet(k, asset, ray, start, i, (distance, row, u, v)), None),
+        last - first,
+        before,
+        lambda i, distance, row, u, v: (_meet(k, asset, ray, start, i + float(first), (distance, row, u, v)), None),
     )
 
 
+def texel(k, asset, ray, distance, row, u, v):
+    """vec4: premultiplied radiance / billboard_scale and alpha of row `row` at u, v, from the level that is as coarse as
+    the ray's footprint there."""
+    place, detail = fetch(k, asset, "place", row), fetch(k, asset, "detail", row)
+    level = level_of(k, ray, distance, detail)
+    return blend_levels(k, level, detail.x, lambda i: sample(k, asset.images["billboard_tx"], place, i, u, v))
+
+
 def radiance(k, asset, ray, distance, row, u, v):
-    """vec3: what quad `row` shows at u, v, from the level that is as coarse as the ray's footprint there."""
-    place, detail = _fetch(k, asset, "place", row), _fetch(k, asset, "detail", row)
-    level = _level(k, ray, distance, detail)
-    texel = blend_levels(k, level, detail.x, lambda i: _sample(k, asset, place, i, u, v))
+    """vec3: what row `row` shows at u, v."""
+    return colour_of(k, asset, texel(k, asset, ray, distance, row, u, v))
+
+
+def colour_of(k, asset, texel):
+    """vec3: radiance of a premultiplied texel."""
     return k.name("billboard_radiance", texel.xyz * (asset.uniforms["billboard_scale"] / k.max(texel.w, LEAST_ALPHA)))
 
 
@@ -39,13 +55,13 @@ def _meet(k, asset, ray, start, i, before):
     One fetch for a quad that cannot be met, three for one that is met; more only at a contour.
     """
     distance = before[0]
-    plane = k.name("plane", _fetch(k, asset, "plane", i))
+    plane = k.name("plane", fetch(k, asset, "plane", i))
     facing = k.name("facing", k.dot(ray.direction, plane.xyz))
     # One-sided: a ray from behind, or along the plane, does not see it.
     t = k.name("t", (k.dot(start, plane.xyz) - plane.w) / k.max(-facing, 1e-20))
 
     def in_plane():
-        axis_u, axis_v = _fetch(k, asset, "u", i), _fetch(k, asset, "v", i)
+        axis_u, axis_v = fetch(k, asset, "u", i), fetch(k, asset, "v", i)
         p = k.name("in_plane", start + ray.direction * t)
         u, v = k.name("u", k.dot(p, axis_u.xyz) + axis_u.w), k.name("v", k.dot(p, axis_v.xyz) + axis_v.w)
         inside = (k.abs(u) <= 1.0) & (k.abs(v) <= 1.0)
@@ -60,31 +76,31 @@ def _meet(k, asset, ray, start, i, before):
 def _within_contour(k, asset, ray, i, met, before):
     """`met` where the billboard's alpha says that the object is there, else `before`."""
     t, _, u, v = met
-    detail = k.name("detail", _fetch(k, asset, "detail", i))
+    detail = k.name("detail", fetch(k, asset, "detail", i))
 
     def alpha():
-        place = _fetch(k, asset, "place", i)
+        place = fetch(k, asset, "place", i)
         # The finer of the two levels that its colour is blended from.
-        level = k.floor(_level(k, ray, t, detail))
-        return (_sample(k, asset, place, level, u, v).w,)
+        level = k.floor(level_of(k, ray, t, detail))
+        return (sample(k, asset.images["billboard_tx"], place, level, u, v).w,)
 
     solid = k.branch(detail.z > 0.5, lambda: (1.0,), alpha)[0] >= SOLID
     return tuple(k.select(solid, new, old) for new, old in zip(met, before, strict=True))
 
 
-def _fetch(k, asset, field: str, row):
+def fetch(k, asset, field: str, row):
+    """vec4: one column (billboard_atlas.ROW) of the table."""
     return k.fetch(asset.images["billboard_buf"], float(ROW[field]), row)
 
 
-def _level(k, ray, distance, detail):
+def level_of(k, ray, distance, detail):
     """Level whose texels are as wide as the ray's footprint."""
     footprint = (ray.width + ray.spread * distance) * detail.y
     return k.name("level", k.min(k.log2(k.max(footprint, 1.0)), detail.x))
 
 
-def _sample(k, asset, place, level, u, v):
-    """Bilinear texel of one level of one billboard; see billboard_atlas for where levels lie."""
-    image = asset.images["billboard_tx"]
+def sample(k, image, place, level, u, v):
+    """Bilinear texel of one level (None: the finest) of one row's block; see billboard_atlas for where levels lie."""
     width, height = place.z, place.w
     across, up = (u * 0.5 + 0.5) * width, (v * 0.5 + 0.5) * height
     if level is None:

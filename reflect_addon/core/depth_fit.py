@@ -20,6 +20,11 @@ class DepthView:
     own: bool = False  # of the reflector itself: rays start on its surface
     reach: float = float("inf")
     shared: bool = False
+    has_relief: bool = False  # a ray meets the surface itself, not a plane before it
+
+    def height(self, points: np.ndarray) -> np.ndarray:
+        """(N,) zeros: how far the surface lies off what a ray meets."""
+        return np.zeros(len(points))
 
     def size(self, texels: int) -> tuple[int, int]:
         return texels, texels

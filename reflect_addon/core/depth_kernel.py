@@ -19,7 +19,7 @@ hit on the poly-line is then moved onto the map itself (depth_refine.py; setting
 import math
 
 from . import srdm
-from .billboard_atlas import ROW
+from .billboard_kernel import fetch
 from .depth_refine import refined
 from .turns import cosine_and_sine, half_turns
 
@@ -33,6 +33,8 @@ def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
     """(distance, row, u, v) of the nearest hit with maps in rows first..last-1, or `before` where that is nearer.
 
     search: how one map is searched, `along_row` by default (evaluation/epipolar.py has the march it is compared with)."""
+    if first == last:
+        return before
     k.cite("popescu-2006 4.3: intersect r with every depth map")
     return k.loop(
         last - first,
@@ -44,13 +46,8 @@ def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
     )
 
 
-def fetch_row(k, asset, field: str, row):
-    """vec4: a column (billboard_atlas.ROW) of a map's row."""
-    return k.fetch(asset.images["billboard_buf"], float(ROW[field]), row)
-
-
 def _meet(k, asset, ray, start, i, before, search):
-    ball = k.name("ball", fetch_row(k, asset, "ball", i))
+    ball = k.name("ball", fetch(k, asset, "ball", i))
     to = ball.xyz - start
     along = k.name("along", k.dot(to, ray.direction))
     beside = k.name("beside", to - ray.direction * along)
@@ -60,8 +57,8 @@ def _meet(k, asset, ray, start, i, before, search):
 
 def _within(k, asset, ray, start, i, before, search, along, radius):
     """The ray has met the map's bounding sphere."""
-    z_row, x_row, y_row = (fetch_row(k, asset, name, i) for name in ("plane", "u", "v"))
-    limits, place = k.name("limits", fetch_row(k, asset, "limits", i)), fetch_row(k, asset, "place", i)
+    z_row, x_row, y_row = (fetch(k, asset, name, i) for name in ("plane", "u", "v"))
+    limits, place = k.name("limits", fetch(k, asset, "limits", i)), fetch(k, asset, "place", i)
     z0, x0, y0 = (k.dot(start, r.xyz) + r.w for r in (z_row, x_row, y_row))
     zd, xd, yd = (k.dot(ray.direction, r.xyz) for r in (z_row, x_row, y_row))
     k.cite("popescu-2006 4.3 step 2: clip r with the six planes of the frustum, in homogeneous coordinates")
@@ -113,7 +110,7 @@ def along_row(k, asset, i, place, steep, first, last):
     if not asset.options["refine"]:
         return found, s
     step = last - first
-    corner = fetch_row(k, asset, "table", i).zw
+    corner = fetch(k, asset, "table", i).zw
     return found, refined(k, asset, corner, place.z, steep, first, step, found, s, fall)
 
 
@@ -121,7 +118,7 @@ def _best_row(k, asset, i, w, steep, first, last):
     """(bool, s, fall) by the poly-lines alone; fall: how fast the ray comes nearer to the segment it meets, q per s."""
     n, count = float(asset.options["turns"]), asset.options["row_texels"]
     step = last - first
-    table = k.name("table", fetch_row(k, asset, "table", i))
+    table = k.name("table", fetch(k, asset, "table", i))
     turns = k.name("turns", half_turns(k, step.x, step.y) * n)
     best = k.name("best", k.floor(turns + 0.5))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .asset import Asset
-from .rays import Hits, Rays
+from .rays import Hits
 from .snapshot import Instance, SceneSnapshot
 
 
@@ -17,8 +17,9 @@ class BakeJob:
     scene: SceneSnapshot
     reflector: Instance
     trace: Callable[..., Hits]  # trace(rays, hide=names of objects, samples=per ray): scene/raytrace.py
-    # intersect(instance, rays) -> (N,) float64 distance to the instance's own triangles, inf = miss
-    intersect: Callable[[Instance, Rays], np.ndarray]
+    # intersect(instance, rays) -> (N,) float64 distance to the instance's own triangles, inf = miss; with slots=(0, 2)
+    # to those that show these of its materials only
+    intersect: Callable[..., np.ndarray]
     settings: dict[str, object]
     required: dict[str, Asset] = field(default_factory=dict)  # kind -> asset of the same reflector (REQUIRES)
     shared: dict = field(default_factory=dict)  # what all reflectors of one bake have in common (flat billboards)

@@ -40,6 +40,8 @@ class Rule:
 RULES = {
     "flat": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
     "volume": Rule(object_moves="remake", reflector_moves="remake", reflector_deforms="remake"),
+    # A billboard with normals, of another reflector: a picture too, which only a bake can make.
+    "mirror": Rule(object_moves="remake", reflector_moves="remake", reflector_deforms="remake"),
     # Depth maps stand beside their object; a reflector's map of itself is a map whose object is the reflector.
     "map": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
     # Surface radiance lies on the object itself.

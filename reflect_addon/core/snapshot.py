@@ -81,6 +81,10 @@ class SceneSnapshot:
         m = instance.world_from_object
         return self.meshes[instance.mesh].positions.astype(np.float64) @ m[:3, :3].T + m[:3, 3]
 
+    def slots(self, instance: Instance) -> np.ndarray:
+        """(T,) int: the slot of the instance's materials that each of its triangles shows; indices past the last show it."""
+        return np.minimum(self.meshes[instance.mesh].material_index, len(instance.materials) - 1)
+
     def bounds(self, instances=None) -> tuple[np.ndarray, np.ndarray]:
         """(min, max), each (3,) float64 world, of the given instances or of all; zeros when there is nothing."""
         boxes = [self.world_positions(i) for i in (self.instances if instances is None else instances)]

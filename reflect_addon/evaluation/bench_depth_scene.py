@@ -108,7 +108,8 @@ def search_only(search=None):
     """A kernel that says where the ray ends and looks nothing up: what a search alone costs."""
 
     def kernel(k, asset, ray):
-        distance, _, u, v = depth_maps.nearest(k, asset, ray, ray.origin - asset.uniforms["center"], search)
+        rows = 0, asset.options["count"]
+        distance, _, u, v = depth_maps.nearest(k, asset, ray, ray.origin - asset.uniforms["center"], *rows, search)
         return Hit(k.vec3(u, v, 0.0), ray.origin + ray.direction * distance, 1.0, k.select(distance < FAR, 1.0, 2.0))
 
     return kernel

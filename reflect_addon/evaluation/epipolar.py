@@ -5,7 +5,7 @@ warping [McM97]." One step a texel, the same asset, clip and projection, the sam
 is interpolated between the two texels around it. No method: only the bench compares with it.
 """
 
-from ..core import depth_kernel
+from ..core.billboard_kernel import fetch
 from ..core.depth_refine import texel_at
 from ..core.kernel import Hit
 from ..core.methods import depth_maps
@@ -18,7 +18,7 @@ def trace(k, asset, ray) -> Hit:
 
 def march(k, asset, i, place, steep, first, last):
     """depth_kernel's search: (bool, s)."""
-    corner, step = depth_kernel.fetch_row(k, asset, "table", i).zw, last - first
+    corner, step = fetch(k, asset, "table", i).zw, last - first
     count = k.name("texels", k.ceil(k.max(k.max(k.abs(step.x), k.abs(step.y)), 1.0)))
 
     def depth_below(s):

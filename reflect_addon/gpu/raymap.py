@@ -8,17 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.camera import Camera
+from ..core.shading import roughness_spread
 from ..core.snapshot import Instance, SceneSnapshot
 from .counts import Counts
 from .program import Program, ProgramInfo, program
 from .targets import RayMapTarget
 from .upload import MeshBuffer
 from .view import VIEW_BLOCK, View
-
-# Half of the directions that a GGX surface reflects lie within 2 alpha (radians, small alpha) of the mirror direction:
-# slopes r have the cumulative share r^2 / (r^2 + alpha^2), and a normal tilted by r turns the ray by 2 r. A footprint
-# spans both sides, hence 4 alpha per metre. alpha is Blender's roughness squared.
-ROUGHNESS_SPREAD = 4.0
 
 _SURFACE = {
     "vertex": "surface.vert.glsl",
@@ -73,7 +69,7 @@ def split_scene(snapshot: SceneSnapshot, meshes: dict[int, MeshBuffer]):
         for slot, (first, count) in mesh.ranges.items():
             material = snapshot.materials[slots[slot]]
             if material.is_reflector or not any_shiny:
-                spread = ROUGHNESS_SPREAD * material.roughness**2
+                spread = roughness_spread(material)
                 sections.append(Section(instance, first, count, index, slots[slot], spread))
             else:
                 hiders.append((instance, first, count))

@@ -10,26 +10,31 @@ from ..core.rays import Rays
 from ..core.snapshot import Instance, SceneSnapshot
 
 
-def intersector(scene: SceneSnapshot) -> Callable[[Instance, Rays], np.ndarray]:
-    """intersect(instance, rays) -> (N,) float64 distances to its nearest triangle, inf = miss. Trees are made once."""
-    trees: dict[str, tuple[BVHTree, np.ndarray, float]] = {}
+def intersector(scene: SceneSnapshot) -> Callable[..., np.ndarray]:
+    """intersect(instance, rays, slots=None) -> (N,) float64 distances to its nearest triangle, inf = miss. slots: only
+    triangles that show these of its materials. Trees are made once."""
+    trees: dict[tuple, tuple[BVHTree, np.ndarray, float]] = {}
 
-    def tree_of(instance: Instance) -> tuple[BVHTree, np.ndarray, float]:
-        if instance.name not in trees:
+    def tree_of(instance: Instance, slots: tuple[int, ...] | None) -> tuple[BVHTree, np.ndarray, float]:
+        key = (instance.name, slots)
+        if key not in trees:
             vertices = scene.world_positions(instance)
             # The tree works in float32: centred and of unit size it keeps its digits anywhere and at any scale.
             low, high = scene.bounds([instance])
             origin, size = (low + high) / 2, float(np.max(high - low)) or 1.0
             local = ((vertices - origin) / size).tolist()
-            trees[instance.name] = (
-                BVHTree.FromPolygons(local, scene.meshes[instance.mesh].triangles.tolist(), all_triangles=True),
+            triangles = scene.meshes[instance.mesh].triangles
+            if slots is not None:
+                triangles = triangles[np.isin(scene.slots(instance), slots)]
+            trees[key] = (
+                BVHTree.FromPolygons(local, triangles.tolist(), all_triangles=True),
                 origin,
                 size,
             )
-        return trees[instance.name]
+        return trees[key]
 
-    def intersect(instance: Instance, rays: Rays) -> np.ndarray:
-        tree, origin, size = tree_of(instance)
+    def intersect(instance: Instance, rays: Rays, slots: tuple[int, ...] | None = None) -> np.ndarray:
+        tree, origin, size = tree_of(instance, slots)
         starts = ((np.asarray(rays.origin, np.float64) - origin) / size).tolist()
         out = np.full(len(starts), np.inf)
         for i, (start, direction) in enumerate(zip(starts, np.asarray(rays.direction).tolist(), strict=True)):

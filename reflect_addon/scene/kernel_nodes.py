@@ -263,7 +263,7 @@ class _Emitter:
         sockets = iter(enter.outputs[1:])
         for k in live:
             self.values[loop.states[k]] = tuple(next(sockets) for _ in range(2 if loop.states[k].type == "vec4" else 1))
-        self.values[loop.index] = (enter.outputs["Iteration"],)
+        self.values[loop.index] = (self.index(enter.outputs["Iteration"], loop, live),)
         self.block(loop.body)
         new = {k: self.get(loop.body.results[k]) for k in live}
         last = []
@@ -280,6 +280,15 @@ class _Emitter:
         for k in live:
             parts = tuple(next(sockets) for _ in range(2 if loop.states[k].type == "vec4" else 1))
             self.values[loop.items[k]] = parts
+
+    def index(self, iteration: Source, loop, live) -> Source:
+        """The iteration, made to wait for the one before it: zones are unrolled and Cycles computes what it can at once, so
+        the table rows of all iterations would lie on its stack of 255 floats together."""
+        state = next((loop.states[k] for k in live if loop.states[k].type == "float"), None)
+        if state is None:
+            return iteration
+        nothing = self.build.math("MINIMUM", self.build.math("ABSOLUTE", self.values[state][0]), 0.0)
+        return self.build.math("ADD", iteration, nothing)
 
     def steps(self, count: Node) -> int:
         """A count that only uniforms decide, as an int: zones are unrolled when the shader is compiled."""

@@ -53,5 +53,5 @@ def test_a_group_takes_the_ray_and_gives_the_colour(fresh_file, assets):
         assert sockets >= {("INPUT", "Origin"), ("INPUT", "Direction"), ("OUTPUT", "Radiance"), ("OUTPUT", "Coverage")}
         loops = [node for node in tree.nodes if node.bl_idname == "GeometryNodeRepeatInput"]
         assert [loop.inputs["Iterations"].default_value for loop in loops] == (
-            [asset.options["count"]] if name == "billboards" else []
+            [asset.options["count"] + asset.options["mirrors"], asset.options["count"]] if name == "billboards" else []
         )

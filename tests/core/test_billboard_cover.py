@@ -78,7 +78,7 @@ def test_a_floor_under_a_box_is_not_dark():
     job = BakeJob(scene, ball, trace, intersect, {**billboards.DEFAULTS, "texels": 32})
     quads, _ = flat_quads(scene, ground)
     up = [q for q in quads if q.normal[2] > 0.9]
-    (image,) = billboard_capture.capture(job, up)
+    image = billboard_capture.capture(job, up)[0].radiance
     assert (image[..., 3] == 1).all() and image[..., :3].min() > 0.99
 
 

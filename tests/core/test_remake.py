@@ -88,8 +88,8 @@ def test_a_bake_remembers_what_its_rows_stand_for(assets, scene):
     for reflector, asset in assets.items():
         own, *rows = asset.parts
         assert (own.instance, own.kind, own.row) == (reflector, "reflector", -1)
-        assert [p.row for p in rows] == list(range(asset.options["count"])) and asset.light_hash == "day"
-        assert names(p for p in rows if p.kind == "volume") == others(reflector)
+        assert [p.row for p in rows] == list(range(len(asset.images["billboard_buf"]))) and asset.light_hash == "day"
+        assert names(p for p in rows if p.kind in {"volume", "mirror"}) == others(reflector)
         assert names(p for p in rows if p.kind == "flat") == set(FLAT)
         for part in rows:
             np.testing.assert_array_equal(part.matrix(), scene.named()[part.instance].world_from_object)

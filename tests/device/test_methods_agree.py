@@ -6,7 +6,7 @@ import tolerances
 from baked_methods import bake_all, is_on_the_brink, rays_of_all_kinds, same_answer, scene_of_everything
 
 from reflect_addon.core import methods, spaces
-from reflect_addon.core.kernel import record, run_numpy
+from reflect_addon.core.kernel import counted, record, run_numpy
 from reflect_addon.core.rays import Rays
 
 COUNT = 100_000
@@ -52,10 +52,26 @@ def test_the_rays_meet_everything(assets, rays):
     """A guard on the test itself: quads, alpha, the sky and the fall-back all take part."""
     status = run_numpy(record(methods.get("billboards").trace, assets["billboards"]), assets["billboards"], rays).status
     assert 0.2 < np.mean(status == spaces.STATUS_HIT) < 0.99
-    assert assets["billboards"].options["contours"] and assets["billboards"].options["count"] >= 9
+    options = assets["billboards"].options
+    assert options["contours"] and options["count"] >= 9
+    assert options["mirrors"] >= 3 and all(options[o] for o in ("partly", "relief", "has_metal", "has_dielectric"))
+    steps = run_numpy(record(counted(methods.get("billboards").trace), assets["billboards"]), assets["billboards"], rays).radiance
+    assert np.mean(steps[:, 0] > options["count"] + options["mirrors"]) > 0.01, "few rays go on from a mirror"
     sphere = run_numpy(record(methods.get("sphere_proxy").trace, assets["sphere_proxy"]), assets["sphere_proxy"], rays).status
     assert len(np.unique(sphere)) == 2
     assert max(assets["box_proxy"].uniforms["box_high"]) == spaces.FAR, "the room has no ceiling"
     answers = {name: run_numpy(record(methods.get(name).trace, asset), asset, rays).radiance for name, asset in assets.items()}
     different = [np.abs(a - answers["environment"]).max(1) > 0.05 for n, a in answers.items() if n != "environment"]
     assert all(d.mean() > 0.1 for d in different)
+
+
+def test_the_shader_counts_the_intersections(device, assets, rays):
+    """popescu-2006 3.1: 2 D + R - 1 for a ray that meets a mirror first, else D + R - 1; counted by the shader itself."""
+    from reflect_addon.gpu.fill import trace_rays
+
+    asset, trace = assets["billboards"], counted(methods.get("billboards").trace)
+    found = trace_rays(asset, trace, rays, 0.0, 0.0).radiance[:, 0]
+    diffuse, once = asset.options["count"], asset.options["count"] + asset.options["mirrors"]
+    assert set(np.unique(found)) == {once, once + diffuse}
+    wanted = run_numpy(record(trace, asset), asset, rays).radiance[:, 0]
+    assert np.sum(found != wanted) <= tolerances.RAYS_ON_BRINKS * COUNT

@@ -8,6 +8,7 @@
 See docs/decisions.md, "Kernel language", for what a kernel may write.
 """
 
+from .counting import counted
 from .glsl import GlslKernel, emit_glsl
 from .graph import KernelError
 from .program import Hit, Program, Ray, record, record_function
@@ -20,6 +21,7 @@ __all__ = [
     "KernelError",
     "Program",
     "Ray",
+    "counted",
     "emit_glsl",
     "evaluate",
     "record",

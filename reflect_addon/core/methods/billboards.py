@@ -1,4 +1,4 @@
-"""`billboards`: objects near the reflector stand as textured quads [popescu-2006 section 3, diffuse billboards].
+"""`billboards`: objects near the reflector stand as textured quads [popescu-2006 section 3].
 
 Problem. The environment map shows near objects at the wrong place and without parallax.
 Idea. Every other object becomes a quad with an alpha contour; a reflected ray takes the nearest quad it meets and the
@@ -7,6 +7,7 @@ environment map, captured without these objects, where it meets none (3.1, steps
     all reflectors (section 3, second paragraph).
   * What has volume stands through its centroid B, perpendicular to the line from B to the reflector's centroid, seen
     by a camera with a field of view of 10 degrees: one quad for each reflector.
+  * What mirrors has texels with normals, for second-order reflections (second_order.py).
 Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
 rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
 and nothing in front of an object can stand in its way. The texture's level follows the ray's footprint.
@@ -17,13 +18,15 @@ reflector (a room) lend their large flat parts only; the rest of them stays in t
 
 import numpy as np
 
-from .. import billboard_kernel, spaces
+from .. import billboard_kernel, second_order, spaces
 from ..asset import Asset, half_with_scale
-from ..billboard_atlas import pack, table_rows
-from ..billboard_capture import capture
+from ..billboard_atlas import pack, table_rows, write_mirror
+from ..billboard_capture import Texels, capture
 from ..billboard_fit import Quad, flat_quads, volume_quad
+from ..billboard_mirrors import mirror_rows
 from ..flat_parts import contains
 from ..kernel import Hit
+from ..mirrors import mirror_of
 from ..remake import parts_of
 from ..snapshot import Instance, corners_of
 from . import environment
@@ -34,26 +37,47 @@ LABEL = "Billboards"
 REQUIRES = ()
 DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False}
 
+
 def bake(job: BakeJob) -> Asset:
     """Quads for every other object, their texels in one bundle, and the environment without those objects."""
     quads, hidden = quads_for(job)
     backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
     captured = capture(job, quads)
-    atlas, placed = pack(captured)
+    # What is only lit comes first: the tertiary ray looks among these rows alone.
+    order = sorted(range(len(quads)), key=lambda i: captured[i].normals is not None)
+    quads, captured = [quads[i] for i in order], [captured[i] for i in order]
+    images = [texels.radiance for texels in captured]
+    atlas, placed = pack(images)
     atlas[..., :3], scale = _scaled(atlas[..., :3])
-    opaque = [bool(image[..., 3].min() == 1.0) for image in captured]
-    rows = table_rows(quads, placed, opaque, backdrop.uniforms["center"])
+    opaque = [bool(image[..., 3].min() == 1.0) for image in images]
+    mirrors, normal_images, options = mirror_rows(job, quads, captured)
+    center = backdrop.uniforms["center"]
+    rows = table_rows(quads, placed, opaque, center)
+    for row, quad, (material, where) in zip(rows[::-1], quads[::-1], mirrors[::-1], strict=False):
+        write_mirror(row, material, where, quad, center)
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
-        images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows},
+        images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images},
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
-        # A volume that moves may get a contour that it had not.
-        options={"count": len(quads), "contours": not all(q.shared and o for q, o in zip(quads, opaque, strict=True))},
+        options={
+            "count": len(quads) - len(mirrors),
+            "mirrors": len(mirrors),
+            # A volume that moves may get a contour that it had not.
+            "contours": not all(q.shared and o for q, o in zip(quads, opaque, strict=True)),
+            **options,
+        },
         settings=dict(job.settings),
-        parts=parts_of(job.scene, job.reflector, [(q.instance, "flat" if q.shared else "volume") for q in quads]),
+        parts=parts_of(job.scene, job.reflector, [(q.instance, kind_of(q, t)) for q, t in zip(quads, captured, strict=True)]),
         light_hash=job.scene.light_hash,
     )
+
+
+def kind_of(quad: Quad, texels: Texels) -> str:
+    """remake.py's word for what a quad is."""
+    if texels.normals is not None:
+        return "mirror"
+    return "flat" if quad.shared else "volume"
 
 
 def _scaled(radiance: np.ndarray) -> tuple[np.ndarray, float]:
@@ -69,7 +93,7 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     quads: list[Quad] = []
     whole: dict[str, bool] = {}
     for instance in (*job.scene.instances, *job.scene.lamps):
-        if instance.object_name == job.reflector.object_name or not instance.visible_glossy:
+        if instance.name == job.reflector.name or not instance.visible_glossy:
             continue
         flat, complete = _flat(job, instance, contains(job.scene, instance, center))
         quads += [q for q in flat if q.faces(corners)]
@@ -79,7 +103,9 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
             quads.append(volume_quad(job.scene, instance, center))
             complete = True
         # Every dupli of an object is hidden with it, so all of them must have quads.
-        whole[instance.object_name] = whole.get(instance.object_name, True) and complete
+        leaves = complete and not _is_mirror_room(job, instance, center)
+        whole[instance.object_name] = whole.get(instance.object_name, True) and leaves
+    whole.pop(job.reflector.object_name, None)  # other duplis of it are hidden with it as they are
     return quads, tuple(name for name, complete in whole.items() if complete)
 
 
@@ -99,23 +125,19 @@ def _encloses(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
     return bool(larger and np.all(low < point) and np.all(point < high))
 
 
+def _is_mirror_room(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
+    """Whether the instance is a room of mirrors around the point. It stays in the environment map: mirrors that are seen in
+    mirrors look there, and without the room they would see through its walls."""
+    mirror = mirror_of(job.scene, instance) if _encloses(job, instance, point) else None
+    return mirror is not None and mirror.whole
+
+
 def trace(k, asset, ray) -> Hit:
-    """The nearest billboard that the ray meets, else the environment."""
-    if not asset.options["count"]:  # a scene without other objects has no loop
-        return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
-    start = k.name("start", ray.origin - asset.uniforms["center"])
-    k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
-    distance, row, u, v = billboard_kernel.nearest(k, asset, ray, start)
+    """The nearest billboard that the ray meets, by way of a mirror if it is one, else the environment."""
+    return second_order.answer(k, asset, ray, billboard_kernel.nearest, backdrop)
 
-    def billboard():
-        k.cite("popescu-2006 3.1 step 4: return the intersection texel")
-        radiance = billboard_kernel.radiance(k, asset, ray, distance, row, u, v)
-        return radiance, ray.origin + ray.direction * distance, spaces.STATUS_HIT
 
-    def backdrop():
-        k.cite("popescu-2006 3.1 step 3: if no intersection return EM(r)")
-        hit = environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
-        return hit.radiance, hit.position, spaces.STATUS_FELL_BACK
-
-    radiance, position, status = k.branch(distance < spaces.FAR, billboard, backdrop)
-    return Hit(radiance=radiance, position=position, coverage=1.0, status=status)
+def backdrop(k, asset, ray, start):
+    """(radiance, position) of a ray that meets no stand-in."""
+    hit = environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
+    return hit.radiance, hit.position

@@ -12,14 +12,18 @@ map's colours are continued, so that a hit at the very edge shows the object and
 Limits. What no map sees is not there. A mesh that encloses the reflector lends its flat parts only.
 """
 
+from functools import partial
+
 import numpy as np
 
-from .. import billboard_kernel, depth_kernel, spaces, srdm, srdm_greedy, srdm_optimal
+from .. import billboard_kernel, depth_kernel, second_order, srdm, srdm_greedy, srdm_optimal
 from ..asset import Asset, half_with_scale
-from ..billboard_atlas import pack, table_rows
-from ..billboard_capture import capture
+from ..billboard_atlas import ROW, pack, table_row, write_mirror
+from ..billboard_capture import Texels, capture
+from ..billboard_mirrors import mirror_rows
 from ..depth_atlas import TALLEST, fill_rows, stacked
 from ..depth_choice import views_for
+from ..depth_fit import DepthView
 from ..depth_refine import NOTHING, corners_of
 from ..errors import ReflectError
 from ..job import BakeJob
@@ -51,52 +55,84 @@ def bake(job: BakeJob) -> Asset:
     quads, hidden = billboards.quads_for(job)
     flat = [q for q in quads if q.shared]
     volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared))
-    views = views_for(job, volumes)
+    stand_ins = [*flat, *views_for(job, volumes)]
     backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
-    images = capture(job, [*flat, *views])
-    by_name = {i.name: i for i in job.scene.instances}
-    tables, depths, spheres = [], [], []
-    for index, view in enumerate(views, len(flat)):
-        instance = by_name[view.instance]
-        depth = view.depth(job, instance, len(images[index]))
-        tables.append(_table(job, depth))
-        depths.append(corners_of(depth))
-        images[index] = continued(images[index])
-        vertices = job.scene.world_positions(instance)
-        middle = (vertices.min(0) + vertices.max(0)) / 2
-        spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
-    atlas, placed = pack(images)
+    captured = capture(job, stand_ins)
+    # What is only lit comes first, quads before maps in each part: the tertiary ray looks among these rows alone.
+    order = sorted(range(len(stand_ins)), key=lambda i: (captured[i].normals is not None, i))
+    stand_ins, captured = [stand_ins[i] for i in order], [captured[i] for i in order]
+    views = [i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)]
+    opaque = [bool(t.radiance[..., 3].min() == 1.0) for t in captured]
+    captured = [_continued(t) if i in set(views) else t for i, t in enumerate(captured)]
+    atlas, placed = pack([t.radiance for t in captured])
     half, scale = half_with_scale(atlas[..., :3])
     atlas[..., :3] = half
-    opaque = [bool(image[..., 3].min() == 1.0) for image in images]
     center = np.asarray(backdrop.uniforms["center"])
-    rows = table_rows(flat, placed[: len(flat)], opaque[: len(flat)], center, count=len(images))
-    depth_images = {}
-    if views:
-        image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
-        depth_images = {"srdm_tx": image.astype(np.float16)} if job.settings["half"] else {"srdm_buf": image}
-        depth_images["depth_tx"], depth_at = stacked(depths, (NOTHING,) * 4)
-        corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]
-        fill_rows(rows[len(flat) :], views, placed[len(flat) :], corners, spheres, center)
+    rows = np.zeros((max(len(stand_ins), 1), len(ROW), 4), np.float32)
+    depth_images = _write_maps(job, rows, stand_ins, placed, center) if views else {}
+    for i, stand_in in enumerate(stand_ins):
+        if i not in views:
+            rows[i] = table_row(stand_in, placed[i], opaque[i], center)
+    mirrors, normal_images, options = mirror_rows(job, stand_ins, captured)
+    diffuse = len(stand_ins) - len(mirrors)
+    for row, (material, where) in zip(rows[diffuse:], mirrors, strict=False):
+        write_mirror(row, material, where, None, center)
+    images = {"billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images}
+    kinds = ["map" if i in views else billboards.kind_of(s, captured[i]) for i, s in enumerate(stand_ins)]
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
-        images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **depth_images},
+        images={**backdrop.images, **images},
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
         options={
-            "count": len(flat),
-            "contours": not all(opaque[: len(flat)]),
-            "maps": len(views),
+            "count": diffuse,
+            "mirrors": len(mirrors),
+            "maps": sum(i < diffuse for i in views),
+            "mirror_maps": sum(i >= diffuse for i in views),
+            "contours": not all(o for i, o in enumerate(opaque) if i not in views),
             "turns": int(job.settings["turns"]),
             "row_texels": -(-int(job.settings["points"]) // 2),
             "rows": int(job.settings["rows"]),
             "half": bool(job.settings["half"]),
             "refine": bool(job.settings["refine"]),
+            **options,
         },
         settings=dict(job.settings),
-        parts=parts_of(job.scene, job.reflector, [(q.instance, "flat") for q in flat] + [(v.instance, "map") for v in views]),
+        parts=parts_of(job.scene, job.reflector, [(s.instance, kind) for s, kind in zip(stand_ins, kinds, strict=True)]),
         light_hash=job.scene.light_hash,
     )
+
+
+def _continued(texels: Texels) -> Texels:
+    """Colours and normals beyond the outline."""
+    normals = texels.normals
+    if normals is not None:
+        solid = np.concatenate([normals[..., :3], texels.radiance[..., 3:]], -1)
+        normals = np.concatenate([continued(solid)[..., :3], np.zeros_like(solid[..., 3:])], -1)
+    return Texels(continued(texels.radiance), normals)
+
+
+def _write_maps(job: BakeJob, rows: np.ndarray, stand_ins: list, placed: list, center: np.ndarray) -> dict[str, np.ndarray]:
+    """Fills the rows of the depth maps; returns the images that they look their depths up in."""
+    by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
+    tables, depths, spheres = [], [], []
+    maps = [i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)]
+    for i in maps:
+        instance = by_name[stand_ins[i].instance]
+        depth = stand_ins[i].depth(job, instance, placed[i].width)
+        tables.append(_table(job, depth))
+        depths.append(corners_of(depth))
+        vertices = job.scene.world_positions(instance)
+        middle = (vertices.min(0) + vertices.max(0)) / 2
+        spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
+    image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
+    depth_image, depth_at = stacked(depths, (NOTHING,) * 4)
+    corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]
+    filled = np.zeros((len(maps), *rows.shape[1:]), np.float32)
+    fill_rows(filled, [stand_ins[i] for i in maps], [placed[i] for i in maps], corners, spheres, center)
+    rows[maps] = filled
+    tables = {"srdm_tx": image.astype(np.float16)} if job.settings["half"] else {"srdm_buf": image}
+    return {**tables, "depth_tx": depth_image}
 
 
 def _check(settings: dict) -> None:
@@ -115,33 +151,18 @@ def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
     return srdm.packed(simplify(srdm.with_spans(srdm.rotated_rows(depth, n), m), m).reshape(n, len(depth), m, 2))
 
 
-def nearest(k, asset, ray, start, search=None):
-    """(distance, row, u, v) of the nearest quad or depth map that the ray meets. search: depth_kernel.nearest's."""
-    found = (spaces.FAR, 0.0, 0.0, 0.0)
-    count, maps = asset.options["count"], asset.options["maps"]
-    if count:
-        found = billboard_kernel.nearest(k, asset, ray, start)
-    if maps:
-        found = depth_kernel.nearest(k, asset, ray, start, found, count, count + maps, search)
+def nearest(k, asset, ray, start, first: int, last: int, search=None):
+    """second_order's: the nearest of the rows `first` to before `last`, quads and maps. search: depth_kernel.nearest's."""
+    options = asset.options
+    ends = (options["count"], options["count"] + options["mirrors"])
+    found = billboard_kernel.NOTHING
+    for low, high, maps in ((0, ends[0], options["maps"]), (*ends, options["mirror_maps"])):
+        if first <= low and high <= last:
+            found = billboard_kernel.nearest(k, asset, ray, start, low, high - maps, found)
+            found = depth_kernel.nearest(k, asset, ray, start, found, high - maps, high, search)
     return found
 
 
 def trace(k, asset, ray, search=None) -> Hit:
-    """The nearest quad or depth map that the ray meets, else the environment. search: depth_kernel.nearest's."""
-    if not asset.options["count"] + asset.options["maps"]:
-        return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
-    start = k.name("start", ray.origin - asset.uniforms["center"])
-    distance, row, u, v = nearest(k, asset, ray, start, search)
-
-    def impostor():
-        k.cite("popescu-2006 4.3 step 6: look up the impostor's texture at the intersection point")
-        radiance = billboard_kernel.radiance(k, asset, ray, distance, row, u, v)
-        return radiance, ray.origin + ray.direction * distance, spaces.STATUS_HIT
-
-    def backdrop():
-        k.cite("popescu-2006 4.3 step 7: else environment map using the direction of r")
-        hit = environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
-        return hit.radiance, hit.position, spaces.STATUS_FELL_BACK
-
-    radiance, position, status = k.branch(distance < spaces.FAR, impostor, backdrop)
-    return Hit(radiance=radiance, position=position, coverage=1.0, status=status)
+    """The nearest quad or depth map that the ray meets, by way of a mirror if it is one, else the environment."""
+    return second_order.answer(k, asset, ray, partial(nearest, search=search), billboards.backdrop)

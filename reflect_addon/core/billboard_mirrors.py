@@ -1,0 +1,88 @@
+"""What a reflective billboard holds beside a picture: normals, and its own light without what it mirrors.
+
+Problem. A captured mirror shows what it mirrors to the capture's rays, a second time once its own reflections are added.
+Idea. Its radiance towards a ray is kept * own + reflectance * L, L being what comes along the mirrored ray
+(second_order.mirror_terms). L is traced, so own = (radiance - reflectance * L) / kept: zero for a bare metal, the paint
+below its varnish for a dielectric, so that own and second order together are what was captured.
+Limits. For rough lobes L is one sharp ray, so their own light keeps the difference where it is positive. A metal's own
+light is emission, which stands clear of the noise of both traces or does not count (EMITS).
+"""
+
+import numpy as np
+
+from .billboard_atlas import pack
+from .job import BakeJob
+from .kernel import evaluate, record_function
+from .mirrors import Mirror, mirror_of
+from .rays import Hits, Rays
+from .second_order import MIRROR_INPUTS, mirror_terms
+from .snapshot import Instance, Material
+
+# A metal emits when the median of its own light is this share of all it shows.
+EMITS = 0.5
+# Less than this share of the surface's own light cannot be told from the mirror's noise.
+LEAST_KEPT = 0.05
+# A point belongs to the nearest of two surfaces that lie closer than this share of the distance to their ray's start.
+SAME_SURFACE = 1e-5
+
+
+def lobe_options(materials: list[Material]) -> dict[str, bool]:
+    """core/shading.py's options: which lobes these materials have."""
+    return {
+        "has_metal": any(m.metallic > 0 for m in materials),
+        "has_dielectric": any(m.metallic < 1 for m in materials) or not materials,
+    }
+
+
+def mirror_rows(job: BakeJob, stand_ins: list, captured: list):
+    """((material, place of its normals) of each reflective stand-in, their image, the options of their kernel).
+
+    stand_ins: quads or depth views; captured: their Texels, in the same order."""
+    reflective = [(s, t.normals) for s, t in zip(stand_ins, captured, strict=True) if t.normals is not None]
+    if not reflective:
+        return [], {}, {}
+    by_name = {i.name: i for i in job.scene.instances}
+    mirrors = [mirror_of(job.scene, by_name[s.instance]) for s, _ in reflective]
+    atlas, placed = pack([normals for _, normals in reflective])
+    options = {
+        "partly": not all(m.whole for m in mirrors),
+        "relief": any(s.has_relief for s, _ in reflective),
+        **lobe_options([m.material for m in mirrors]),
+    }
+    rows = [(m.material, where) for m, where in zip(mirrors, placed, strict=True)]
+    return rows, {"normal_tx": atlas.astype(np.float16)}, options
+
+
+def share_of(job: BakeJob, instance: Instance, mirror: Mirror, rays: Rays, distance: np.ndarray) -> np.ndarray:
+    """(N,) share of what the rays meet of the instance at these distances that mirrors: 0 or 1."""
+    if mirror.whole:
+        return np.ones(len(rays))
+    shiny = job.intersect(instance, rays, mirror.slots)
+    return (shiny <= distance * (1 + SAME_SURFACE)).astype(float)
+
+
+def mirrored(hits: Hits, direction: np.ndarray, lift: np.ndarray) -> tuple[Rays, np.ndarray]:
+    """((N) rays from the hits along the mirror direction, (N,) cosine of the captured ray at the normal).
+
+    direction (N, 3): of the rays that captured the hits; lift (N,) m: how far above the surface the rays start."""
+    normal = hits.normal.astype(np.float64)
+    toward = np.minimum(np.einsum("nx,nx->n", direction, normal), 0.0)
+    out = direction - 2 * toward[:, None] * normal
+    start = hits.position + normal * lift[:, None]
+    return Rays(start.astype(np.float32), out.astype(np.float32)), -toward
+
+
+def own_light(material: Material, captured: np.ndarray, cosine: np.ndarray, share: np.ndarray, arriving: np.ndarray):
+    """(N, 3) radiance that the surface has of its own, for captured and arriving (N, 3), cosine and share (N,)."""
+    rows = {
+        "cosine": cosine, "base_color": material.base_color, "metallic": material.metallic, "share": share,
+        "specular_tint": material.specular_tint, "ior": material.ior, "weight": material.specular_weight,
+    }  # fmt: skip
+    wide = {n: np.broadcast_to(v, (len(cosine), 3) if MIRROR_INPUTS[n] == "vec3" else len(cosine)) for n, v in rows.items()}
+    terms = evaluate(record_function(mirror_terms, MIRROR_INPUTS, options=lobe_options([material])), wide)
+    own = np.maximum(captured - terms["reflectance"] * arriving, 0.0) / np.maximum(terms["kept"], LEAST_KEPT)[:, None]
+    if material.metallic * material.specular_weight > 1 - LEAST_KEPT and len(own):
+        bare = share > 0
+        if not np.median(own[bare]) > EMITS * np.median(captured[bare]):
+            own[bare] = 0.0
+    return own

@@ -1,0 +1,202 @@
+"""Second-order reflections, for any stand-in with normals [popescu-2006 section 3 and 3.1, steps 2 to 5].
+
+Problem. A mirror that is seen in a mirror is not a picture: what it shows depends on where it is looked at from.
+Idea. The stand-ins of other reflectors carry normals. A reflected ray that meets one of them first goes on as a tertiary
+ray, which looks among the diffuse stand-ins only and else into the environment map. With D diffuse and R reflective
+stand-ins in the scene that costs 2 D + R - 1 intersections: the reflector itself is not among those that it looks at.
+Where we depart. What the reflective one shows has two parts: its own light, from its texel, and the tertiary ray's,
+times the reflectance of its material at that angle (shading.py). The tertiary ray carries its footprint on: as wide as
+it was where it hit, growing by twice the change of the normal across it and by the lobe of a rough surface.
+A reflective quad stands through the middle of a volume, and a tertiary ray from there shows the wrong place of all that is
+near. Beside its normal a texel therefore holds the height of the surface above the quad, and a ray that meets the quad
+goes to the surface in RELIEF_STEPS steps of a fixed-point iteration [Szirmay-Kalos 2005, for distance maps].
+Limits. Mirrors do not show mirrors in mirrors: the tertiary ray passes through other reflectors, and through the one
+that it started on.
+
+Rows of `billboard_buf`: the `count` = D diffuse ones, then the `mirrors` = R - 1 reflective ones. The position that is
+reported is the first hit: the place in the mirror that the eye looks at.
+"""
+
+from dataclasses import dataclass
+
+from . import billboard_kernel, spaces
+from .billboard_kernel import fetch
+from .cubemap import blend_levels
+from .kernel import Hit, Ray
+from .shading import REFLECTANCE_INPUTS, reflectance
+
+# Steps from the quad's plane towards the surface that stands there.
+RELIEF_STEPS = 2
+# Cosine at which a ray meets a quad below which its way to the surface is no longer told by the height there.
+LEAST_FACING = 0.1
+# Radians per metre: above it a footprint covers the half space.
+WIDEST = 2.0
+
+MIRROR_INPUTS = {**REFLECTANCE_INPUTS, "share": "float"}
+
+
+def answer(k, asset, ray, nearest, backdrop) -> Hit:
+    """What the ray sees of the asset's stand-ins and their mirrors.
+
+    nearest(k, asset, ray, start, first, last) -> (distance m, row, u, v): the first of the rows `first` to before `last`
+    that the ray meets, distance FAR where it meets none; start: vec3, its origin relative to the asset's centre.
+    backdrop(k, asset, ray, start) -> (radiance, position): what it sees where it meets none.
+    asset.options: count, mirrors, and for mirrors > 0 partly (some mirror only in part), relief (nearest says where a flat
+    stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
+    """
+    diffuse, mirrors = asset.options["count"], asset.options["mirrors"]
+    start = k.name("start", ray.origin - asset.uniforms["center"])
+    if not diffuse + mirrors:  # a scene without other objects has no loop
+        radiance, position = backdrop(k, asset, ray, start)
+        return Hit(radiance, position, 1.0, spaces.STATUS_FELL_BACK)
+    k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
+    first = nearest(k, asset, ray, start, 0, diffuse + mirrors)
+    last_ray, last_start, last = ray, start, first
+    if mirrors:
+        in_mirror = k.name("in_mirror", (first[0] < spaces.FAR) & (first[1] >= diffuse - 0.5))
+        own, share, last_ray, last_start, last = _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest)
+
+    def texel():
+        k.cite("popescu-2006 3.1 step 4: return the intersection texel")
+        radiance = billboard_kernel.radiance(k, asset, last_ray, *last)
+        return radiance, last_ray.origin + last_ray.direction * last[0], spaces.STATUS_HIT
+
+    def miss():
+        k.cite("popescu-2006 3.1 step 3: if no intersection return EM(r)")
+        return *backdrop(k, asset, last_ray, last_start), spaces.STATUS_FELL_BACK
+
+    radiance, position, status = k.branch(last[0] < spaces.FAR, texel, miss)
+    if mirrors:
+        radiance = own + share * radiance
+        position = k.select(in_mirror, last_ray.origin, position)
+        status = k.select(in_mirror, spaces.STATUS_HIT, status)
+    return Hit(radiance, position, 1.0, status)
+
+
+def _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest):
+    """(the stand-in's own light, share of what comes next, the ray to look along, its start, what that meets).
+
+    For a ray that meets no mirror: nothing, all, the ray itself and what it meets.
+    """
+    distance, row, u, v = first
+
+    def mirrored():
+        k.cite("popescu-2006 3.1 step 5a: compute the tertiary ray rr")
+        surface = _surface(k, asset, ray, first)
+        base, tint, placed = (fetch(k, asset, name, row) for name in ("base", "tint", "normals"))
+        toward = k.name("toward", k.dot(ray.direction, surface.normal))
+        # A quad may be met at an angle at which the surface there would turn its back: it is at grazing.
+        bent = k.normalize(ray.direction - surface.normal * (2.0 * k.min(toward, 0.0)))
+        spread = k.sqrt(ray.spread * ray.spread + 4.0 * surface.turn * surface.turn + placed.w * placed.w)
+        step = k.name("step", ray.direction * surface.distance)
+        tertiary = Ray(
+            k.name("tertiary_origin", ray.origin + step),
+            k.name("tertiary_direction", bent),
+            k.name("tertiary_width", ray.width + ray.spread * surface.distance),
+            k.name("tertiary_spread", k.min(spread, WIDEST)),
+        )
+        terms = mirror_terms(
+            k, asset, -toward, base.xyz, base.w, tint.xyz, tint.w, placed.z, surface.share
+        )
+        own = billboard_kernel.radiance(k, asset, ray, distance, row, surface.u, surface.v) * terms["kept"]
+        k.cite("popescu-2006 3.1 step 5b: intersect rr with the D diffuse billboards")
+        tertiary_start = k.name("tertiary_start", start + step)
+        met = nearest(k, asset, tertiary, tertiary_start, 0, asset.options["count"])
+        return (
+            k.name("own", own), k.name("share", terms["reflectance"]), tertiary.origin, tertiary.direction,
+            tertiary.width, tertiary.spread, tertiary_start, *met,
+        )  # fmt: skip
+
+    def unmirrored():
+        return k.vec3(0.0), k.vec3(1.0), ray.origin, ray.direction, ray.width, ray.spread, start, *first
+
+    own, share, origin, direction, width, spread, last_start, *last = k.branch(in_mirror, mirrored, unmirrored)
+    return own, share, Ray(origin, direction, width, spread), last_start, last
+
+
+@dataclass(frozen=True)
+class _Surface:
+    """What a ray meets of a mirror that stands as a quad with normals and heights."""
+
+    distance: object  # m along the ray to the surface, before or behind the quad's plane
+    u: object
+    v: object
+    normal: object  # unit, world
+    turn: object  # rad: change of the normal across the ray's footprint
+    share: object  # of the surface that mirrors
+
+
+def _surface(k, asset, ray, met) -> _Surface:
+    distance, row, u, v = met
+    detail, place, placed = (fetch(k, asset, name, row) for name in ("detail", "place", "normals"))
+    image, block = asset.images["normal_tx"], k.vec4(placed.xy, place.zw)
+    level = billboard_kernel.level_of(k, ray, distance, detail)
+
+    def look(at_u, at_v):
+        texel = billboard_kernel.texel(k, asset, ray, distance, row, at_u, at_v)
+        relief = blend_levels(k, level, detail.x, lambda i: billboard_kernel.sample(k, image, block, i, at_u, at_v))
+        return relief.xyz, relief.w, texel.w
+
+    normal, height, alpha = look(u, v)
+    nearer = distance
+    if asset.options["relief"]:
+        plane, axis_u, axis_v, eye = (fetch(k, asset, name, row) for name in ("plane", "u", "v", "eye"))
+        facing = k.max(-k.dot(ray.direction, plane.xyz), LEAST_FACING)
+        half_width = k.name("half_width", 0.5 * place.z / detail.y)
+        eye_u, eye_v = k.dot(eye.xyz, axis_u.xyz) + axis_u.w, k.dot(eye.xyz, axis_v.xyz) + axis_v.w
+
+        def metres(height, alpha):
+            return height * (half_width / k.max(alpha, billboard_kernel.LEAST_ALPHA))
+
+        plane_u, plane_v = u, v
+        for _ in range(RELIEF_STEPS):
+            k.cite("the ray's point as high above the plane as the surface at its last place, as the capture's camera saw it")
+            high = metres(height, alpha)
+            back = ray.direction * k.max(-high / facing, -distance)
+            grown = 1.0 / k.max(1.0 - high * eye.w, 0.5)
+            next_u = eye_u + (plane_u + k.dot(back, axis_u.xyz) - eye_u) * grown
+            next_v = eye_v + (plane_v + k.dot(back, axis_v.xyz) - eye_v) * grown
+            next_u, next_v = k.clamp(next_u, -1.0, 1.0), k.clamp(next_v, -1.0, 1.0)
+            found = look(next_u, next_v)
+            # Past the contour there is no surface to be met.
+            solid = found[2] >= billboard_kernel.SOLID
+            before = (normal, height, alpha, u, v)
+            normal, height, alpha, u, v = (
+                k.select(solid, new, old) for new, old in zip((*found, next_u, next_v), before, strict=True)
+            )
+        nearer = k.max(distance - metres(height, alpha) / facing, 0.0)
+    turn = _turn(k, image, block, level, u, v) * (ray.width + ray.spread * distance) * detail.y
+    share = 1.0
+    if asset.options["partly"]:
+        # Means of normals are shorter than one, so half of it must do: the contour of the part that mirrors.
+        share = k.clamp(2.0 * k.length(normal) / k.max(alpha, billboard_kernel.LEAST_ALPHA), 0.0, 1.0)
+    return _Surface(
+        k.name("surface_distance", nearer), u, v, k.name("mirror_normal", k.normalize(normal)),
+        k.name("turn", turn), share,
+    )  # fmt: skip
+
+
+def _turn(k, image, block, level, u, v):
+    """Change of the normal in radians over one texel of the finest level, root mean square of two directions."""
+    # Of the nearest level, towards the middle, where the quad goes on. Not the level's floor: logarithms round differently on
+    # graphics cards, and footprints of whole texels are the usual ones.
+    whole = k.floor(level + 0.5)
+    finest = k.exp2(-whole)
+    step = k.vec2(2.0, 2.0) / (block.zw * finest)
+    here = billboard_kernel.sample(k, image, block, whole, u, v).xyz
+
+    def turned(at_u, at_v):
+        other = billboard_kernel.sample(k, image, block, whole, at_u, at_v).xyz
+        change = k.normalize(other) - k.normalize(here)
+        return k.select(k.dot(other, other) > billboard_kernel.LEAST_ALPHA, k.dot(change, change), 0.0)
+
+    across, along = u + k.select(u > 0.0, -step.x, step.x), v + k.select(v > 0.0, -step.y, step.y)
+    return k.sqrt(0.5 * (turned(across, v) + turned(u, along))) * finest
+
+
+def mirror_terms(k, scope, cosine, base_color, metallic, specular_tint, ior, weight, share):
+    """{'reflectance': vec3, 'kept': float} of a surface that mirrors in `share` of it: what its mirror adds of the ray's
+    radiance, and what the mirror leaves of the light of the surface below it, which a metal does not have."""
+    terms = reflectance(k, scope, cosine, base_color, metallic, specular_tint, ior, weight)
+    covered = k.max(terms["opacity"] - metallic * weight, 0.0)
+    return {"reflectance": terms["reflectance"] * share, "kept": 1.0 - covered * share}
