@@ -12,6 +12,8 @@ from reflect_addon.core.rays import Answer, Rays
 from reflect_addon.scene.kernel_nodes import emit_nodes
 
 COUNT = 100_000
+# method -> the options that count its loops' steps
+LOOPS = {"billboards": ("count",), "distance_map": ("guesses",), "layered_distance": ("steps", "iterations")}
 SIZES = {"radiance": 3, "position": 3, "coverage": 1, "status": 1}
 
 
@@ -52,6 +54,5 @@ def test_a_group_takes_the_ray_and_gives_the_colour(fresh_file, assets):
         sockets = {(s.in_out, s.name) for s in tree.interface.items_tree}
         assert sockets >= {("INPUT", "Origin"), ("INPUT", "Direction"), ("OUTPUT", "Radiance"), ("OUTPUT", "Coverage")}
         loops = [node for node in tree.nodes if node.bl_idname == "GeometryNodeRepeatInput"]
-        assert [loop.inputs["Iterations"].default_value for loop in loops] == (
-            [asset.options["count"]] if name == "billboards" else []
-        )
+        wanted = [asset.options[count] for count in LOOPS.get(name, ())]
+        assert sorted(loop.inputs["Iterations"].default_value for loop in loops) == sorted(wanted)

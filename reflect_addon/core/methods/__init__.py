@@ -12,10 +12,10 @@ A method module has
 from types import ModuleType
 
 from ..errors import ReflectError
-from . import billboards, box_proxy, environment, sphere_proxy
+from . import billboards, box_proxy, distance_map, environment, layered_distance, sphere_proxy
 
 # In the order in which people meet them: each repairs what the one before leaves out.
-_METHODS = {m.NAME: m for m in (environment, sphere_proxy, box_proxy, billboards)}
+_METHODS = {m.NAME: m for m in (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards)}
 
 
 def register(method: ModuleType) -> None:
