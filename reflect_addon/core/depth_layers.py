@@ -15,6 +15,7 @@ import numpy as np
 
 from .flat_parts import is_closed
 from .job import BakeJob
+from .lamp_hits import with_lamps
 from .rays import Hits, Rays
 
 # The next layer is looked for this share of the scene's diagonal behind a surface: thinner things have one layer ...
@@ -37,18 +38,19 @@ def layers_behind(job: BakeJob, rays: Rays, count: int, hide: tuple[str, ...], s
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []  # (ray, position, seen from the centre's side)
     alive = np.arange(len(rays))
     origin, direction = rays.origin, rays.direction.astype(np.float64)
-    passed: dict[int, np.ndarray] = {}  # index of an object -> of each ray, whether it is on the other side of its surface
+    passed: dict[str, np.ndarray] = {}  # object -> of each ray, whether it is on the other side of the object's surface
     closed = _closed_names(job)
     for depth in range(count + 1):
-        hits = job.trace(Rays(origin, rays.direction[alive]), hide=hide, samples=1)
+        bundle = Rays(origin, rays.direction[alive])
+        hits = with_lamps(job, bundle, job.trace(bundle, hide=hide, samples=1), hide)
         alive, position, owner = alive[hits.hit], hits.position[hits.hit].astype(np.float64), hits.object[hits.hit]
         if not len(alive):
             break
         near_side = np.ones(len(alive), bool)
-        for index in np.unique(owner):
-            if hits.object_names[index] in closed:
-                beyond = passed.setdefault(hits.object_names[index], np.zeros(len(rays), bool))
-                own = owner == index
+        for index in np.unique(owner[owner >= 0]):
+            name, own = hits.object_names[index], owner == index
+            if name in closed:
+                beyond = passed.setdefault(name, np.zeros(len(rays), bool))
                 near_side[own] = ~beyond[alive[own]]
                 beyond[alive[own]] ^= True
         if depth:

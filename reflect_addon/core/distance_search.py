@@ -26,6 +26,7 @@ MET = 1e-3
 # Between two steps of a march a surface may come nearer or go farther this many times as fast as the ray passes sideways;
 # what is steeper is a silhouette, between whose sides the ray flies through. Measured: 5 to 50 are alike.
 STEEPEST = 10.0
+NOTHING = -3.0  # see march
 
 
 @dataclass(frozen=True)
@@ -49,12 +50,10 @@ class Path:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Two neighbouring places of a march with a surface between them."""
+    """Two neighbouring places of a march, with a surface between them unless `layer` is negative."""
 
-    high: Value  # t of the second; 0 steps: none
-    step: Value  # from the first to the second
-    at_low: Value  # g at both, of different signs
-    at_high: Value
+    low: Value  # t
+    high: Value
     layer: Value  # whose surface; -1 = none was met
     sky: Value  # t of the last place where layer 0 shows the sky; -1 = nowhere
 
@@ -80,12 +79,13 @@ def false_position(k, low, at_low, high, at_high):
     return low + (high - low) * k.clamp(at_low / k.away_from_zero(at_low - at_high), 0.0, 1.0)
 
 
-def refine(k, g, count: int, low, at_low, high, at_high):
-    """t between low and high where g is 0, by `count` false positions at most; g(t): one look-up.
+def refine(k, g, count: int, low, high):
+    """t between low and high where g is 0, by `count` false positions at most; g(t): one look-up, two more for the ends.
 
     An end that stays halves its value, so that the other does not creep towards the root [Dowell and Jarratt 1971].
     """
-    rises = k.name("rises", at_high > at_low)
+    first, second = k.name("at_low", g(low)), k.name("at_high", g(high))
+    rises = k.name("rises", second > first)
 
     def step(i, low, at_low, high, at_high, guess, last):
         guess = k.name("guess", false_position(k, low, at_low, high, at_high))
@@ -96,7 +96,7 @@ def refine(k, g, count: int, low, at_low, high, at_high):
         low, high = k.select(past, low, guess), k.select(past, guess, high)
         return (low, at_low, high, at_high, guess, k.select(past, 1.0, -1.0)), k.abs(value) <= MET * (1.0 - guess)
 
-    return k.loop(count, (low, at_low, high, at_high, high, 0.0), step)[4]
+    return k.loop(count, (low, first, high, second, high, 0.0), step)[4]
 
 
 def march(k, way: Path, nearness_of, layers: int, steps: int, texels) -> Crossing:
@@ -110,25 +110,25 @@ def march(k, way: Path, nearness_of, layers: int, steps: int, texels) -> Crossin
     steepest = k.name("steepest", long * dt * STEEPEST)
     first = [nearness_of(layer, way.start) for layer in range(layers)]
 
+    # All states decide on stopping. Nodes compute what does not after the last step, and hold its sources of all steps till then.
+    # `end`: at least 0: the layer that was met; -2..-1: -1 - t of the last sky; NOTHING: neither.
     def step(i, *state):
-        before = state[:layers]
-        t = k.name("t", k.min((i + 1.0) * dt, 1.0))
-        ahead = k.name("ahead", 1.0 - k.min(i * dt, 1.0))  # 1 - t of the place before
+        *before, place, end = state
+        t = k.name("t", k.min((place + 1.0) * dt, 1.0))
+        ahead = k.name("ahead", 1.0 - k.min(place * dt, 1.0))  # 1 - t of the place before
         q = k.name("q", way.towards(t))
         now = [k.name(f"nearness{layer}", nearness_of(layer, q)) for layer in range(layers)]
-        first_root, at_low, at_high, met = 2.0, 0.0, 0.0, -1.0
+        end, first_root = k.select(now[0] > 0.0, end, -1.0 - t), 2.0
         for layer, (a, b) in enumerate(zip(before, now, strict=True)):
             low, high = a - ahead, b - (1.0 - t)
             passes = (low < 0.0) & (high >= 0.0) | (low >= 0.0) & (high < 0.0)
             solid = (a > 0.0) & (b > 0.0) & (k.abs(a - b) <= steepest * k.min(a, b))
             root = low / k.away_from_zero(low - high)
             nearer = k.name(f"meets{layer}", passes & solid & (root < first_root))
-            first_root = k.select(nearer, root, first_root)
-            at_low, at_high = k.select(nearer, low, at_low), k.select(nearer, high, at_high)
-            met = k.select(nearer, float(layer), met)
-        sky = k.select(now[0] > 0.0, state[-1], t)
-        return (*now, t, at_low, at_high, met, sky), (met >= 0.0) | (t >= 1.0)
+            first_root, end = k.select(nearer, root, first_root), k.select(nearer, float(layer), end)
+        return (*now, place + 1.0, end), (end >= 0.0) | (t >= 1.0)
 
-    start = (*first, 0.0, 0.0, 0.0, -1.0, k.select(first[0] > 0.0, -1.0, 0.0))
-    t, at_low, at_high, met, sky = k.loop(steps, start, step)[layers:]
-    return Crossing(t, dt, at_low, at_high, met, sky)
+    *_, place, end = k.loop(steps, (*first, 0.0, k.select(first[0] > 0.0, NOTHING, -1.0)), step)
+    low, high = k.min((place - 1.0) * dt, 1.0), k.min(place * dt, 1.0)
+    is_sky = (end < 0.0) & (end > NOTHING)
+    return Crossing(low, high, k.max(end, -1.0), k.select(is_sky, -1.0 - end, -1.0))

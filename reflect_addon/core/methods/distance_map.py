@@ -45,5 +45,5 @@ def trace(k, asset, ray) -> Hit:
         return distance_search.nearness(k, way, q, stored, asset.uniforms["distance_scale"]) - (1.0 - t)
 
     k.cite("szirmay-kalos-2005: first guess from the texels of the start's direction and of the ray's")
-    t = distance_search.refine(k, g, guesses, 0.0, g(0.0), 1.0, g(1.0))
+    t = distance_search.refine(k, g, guesses, 0.0, 1.0)
     return environment.answer(k, asset, way.towards(t), way.footprint(k, t, ray), spaces.STATUS_HIT)

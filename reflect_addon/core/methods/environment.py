@@ -17,6 +17,7 @@ from .. import cubemap, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit, record, run_numpy
+from ..lamp_hits import with_lamps
 from ..metrics import median_relative
 from ..rays import Hits, Rays
 
@@ -48,8 +49,9 @@ def capture(job: BakeJob, kind: str, hide: tuple[str, ...]) -> Asset:
     if job.settings["sky_error"] and _sees_nothing_else(job, hide):
         asset = _bare_sky(job, kind, center, n, hide)
     if asset is None:
-        hits = job.trace(cubemap.bundle(center, n), hide=hide, samples=int(job.settings["samples"]))
-        asset = _asset(job, kind, center, n, hits)
+        rays = cubemap.bundle(center, n)
+        hits = job.trace(rays, hide=hide, samples=int(job.settings["samples"]))
+        asset = _asset(job, kind, center, n, with_lamps(job, rays, hits, hide))
     return asset
 
 

@@ -49,8 +49,8 @@ def bake(job: BakeJob) -> Asset:
         uniforms={**front.uniforms, **scales, "layer_height": float(cubemap.image_size(n)[0]), "march_texels": n / 2 / stride},
         options={
             "layers": 1 + len(behind),
-            # The longest path leads from one corner of the cube to the other.
-            "steps": int(np.ceil(np.sqrt(3) * n / stride)),
+            # A path as long as the cube's edge, which few of a round reflector's rays exceed; longer ones take longer steps.
+            "steps": -(-n // stride),
             "iterations": int(job.settings["iterations"]),
         },
     )
@@ -103,8 +103,7 @@ def trace(k, asset, ray) -> Hit:
             return distance_search.nearness(k, way, q, stored, scales[1]) - (1.0 - t)
 
         k.cite("GPU Gems 3, 17.2.2: secant search")
-        low = found.high - found.step
-        t = distance_search.refine(k, g, asset.options["iterations"], low, found.at_low, found.high, found.at_high)
+        t = distance_search.refine(k, g, asset.options["iterations"], found.low, found.high)
         return way.towards(t), way.footprint(k, t, ray)
 
     def backdrop():
