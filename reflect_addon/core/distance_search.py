@@ -1,17 +1,18 @@
 """Where a ray meets what cube maps of distances saw: one function of one parameter, its root, and the march to it.
 
-Problem. Of each direction from its centre a cube map with distances [Szirmay-Kalos 2005] knows how far the surface is. A ray
+Problem. A cube map with distances knows of each direction how far the surface is [Szirmay-Kalos 2005]. A ray
 that starts elsewhere meets that surface where its own point is as far from the centre as the map says.
-Idea. Seen from the centre the ray runs from the direction of its start to its own: from s to e, which are the two divided
-by their largest components (points on the cube; GPU Gems 3, 17.2.2). With q(t) = s (1 - t) + e t the point of the ray is
-q(t) a / (1 - t), a the start's largest component, and t = 1 is its point at infinity. It is as far as the map's surface,
-|q| a / (1 - t) = w, where
+Idea. Seen from the centre the ray runs from the direction of its start to its own: from s to e, which are the two
+divided by their largest components (points on the cube; GPU Gems 3, 17.2.2). With q(t) = s (1 - t) + e t the point of
+the ray is q(t) a / (1 - t), a the start's largest component, and t = 1 is its point at infinity. It is as far as the
+map's surface, |q| a / (1 - t) = w, where
 
     g(t) = |q(t)| a / w(q(t)) - (1 - t) = 0;    g < 0 in front of the surface ("undershooting"), g > 0 behind it.
 
-Where we depart. The papers compare |l| / |l'| as a function of the distance along the ray. That ratio is linear for a plane;
-so is g, through the same two points, and it needs no infinite distances: the sky (w infinite) and the point at infinity are
-ordinary values, and the first guess of Szirmay-Kalos 2005, |r'| (1 - |p| / |p'|), is g's false position between 0 and 1.
+Where we depart. The papers compare |l| / |l'| as a function of the distance along the ray. That ratio is linear for a
+plane; so is g, through the same two points, and it needs no infinite distances: the sky (w infinite) and the point at
+infinity are ordinary values, and the first guess of Szirmay-Kalos 2005, |r'| (1 - |p| / |p'|), is g's false position
+between 0 and 1.
 """
 
 from dataclasses import dataclass
@@ -23,8 +24,8 @@ AT_CENTRE = 1e-20
 # A guess is good when the ray's point and the surface are this near, relative to their distance from the centre (the
 # papers: 1e-3 and 1e-4).
 MET = 1e-3
-# Between two steps of a march a surface may come nearer or go farther this many times as fast as the ray passes sideways;
-# what is steeper is a silhouette, between whose sides the ray flies through. Measured: 5 to 50 are alike.
+# Between two steps of a march a surface may come nearer or go farther this many times as fast as the ray passes
+# sideways; what is steeper is a silhouette, between whose sides the ray flies through. Measured: 5 to 50 are alike.
 STEEPEST = 10.0
 NOTHING = -3.0  # see march
 
@@ -44,8 +45,9 @@ class Path:
 
     def footprint(self, k, t, ray):
         """The ray's footprint at t as an angle seen from the centre."""
+        # Width over distance, both times (1 - t) / a.
         size = ray.width * (1.0 - t) / k.max(self.reach, AT_CENTRE) + ray.spread * t / self.stretch
-        return size / k.max(k.length(self.towards(t)), 1e-30)
+        return size / k.max(k.length(self.towards(t)), 1e-6)  # past the centre the footprint is everything
 
 
 @dataclass(frozen=True)
@@ -59,11 +61,11 @@ class Crossing:
 
 
 def path(k, asset, ray) -> Path:
-    """The ray's path from the centre of the asset's map. A null direction stays null."""
+    """The ray's path from the centre of the asset's map. That of a null direction stays in the start's."""
     offset = k.name("offset", ray.origin - asset.uniforms["center"])
     reach = k.name("reach", k.max(k.abs(offset.x), k.abs(offset.y), k.abs(offset.z)))
     d = ray.direction
-    stretch = k.name("stretch", k.max(k.abs(d.x), k.abs(d.y), k.abs(d.z), 1e-30))
+    stretch = k.name("stretch", k.max(k.abs(d.x), k.abs(d.y), k.abs(d.z), 0.5))  # of a unit vector at least 0.57
     end = k.name("path_end", d * (1.0 / stretch))
     start = k.name("path_start", k.select(reach > AT_CENTRE, offset * (1.0 / k.max(reach, AT_CENTRE)), end))
     return Path(start, end, reach, stretch)
@@ -80,7 +82,7 @@ def false_position(k, low, at_low, high, at_high):
 
 
 def refine(k, g, count: int, low, high):
-    """t between low and high where g is 0, by `count` false positions at most; g(t): one look-up, two more for the ends.
+    """t between low and high where g is 0, by `count` false positions at most; g(t): a look-up, two more for the ends.
 
     An end that stays halves its value, so that the other does not creep towards the root [Dowell and Jarratt 1971].
     """
@@ -90,7 +92,8 @@ def refine(k, g, count: int, low, high):
     def step(i, low, at_low, high, at_high, guess, last):
         guess = k.name("guess", false_position(k, low, at_low, high, at_high))
         value = k.name("value", g(guess))
-        past = k.name("past", (value >= 0.0) & rises | (value < 0.0) & ~rises)  # the root lies before the guess
+        # The root lies before the guess.
+        past = k.name("past", (value >= 0.0) & rises | (value < 0.0) & ~rises)
         at_low = k.select(past, k.select(last > 0.0, at_low * 0.5, at_low), value)
         at_high = k.select(past, value, k.select(last < 0.0, at_high * 0.5, at_high))
         low, high = k.select(past, low, guess), k.select(past, guess, high)
@@ -102,15 +105,15 @@ def refine(k, g, count: int, low, high):
 def march(k, way: Path, nearness_of, layers: int, steps: int, texels) -> Crossing:
     """The first place where the ray passes the surface of one of the layers; `linear search` of GPU Gems 3, 17.2.2.
 
-    nearness_of(layer, q): one look-up; texels: steps for one unit along the path; at most `steps` are taken. A place where a
-    layer shows the sky ends what was found of that layer before it. A surface may be passed from either side.
+    nearness_of(layer, q): one look-up; texels: steps for one unit along the path; at most `steps` are taken. A place
+    where a layer shows the sky ends what was found of that layer before it. A surface may be passed from either side.
     """
     long = k.name("path_length", k.length(way.end - way.start))
     dt = k.name("dt", 1.0 / k.clamp(k.ceil(long * texels), 1.0, float(steps)))
     steepest = k.name("steepest", long * dt * STEEPEST)
     first = [nearness_of(layer, way.start) for layer in range(layers)]
 
-    # All states decide on stopping. Nodes compute what does not after the last step, and hold its sources of all steps till then.
+    # All states decide on stopping: what does not, Cycles computes after the last step, its sources held till then.
     # `end`: at least 0: the layer that was met; -2..-1: -1 - t of the last sky; NOTHING: neither.
     def step(i, *state):
         *before, place, end = state

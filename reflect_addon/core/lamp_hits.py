@@ -1,5 +1,8 @@
-"""Where rays meet lamps. A traced ray shows a lamp but reports the surface behind it (scene/raytrace.py): lamps are no objects.
-A map of distances would so show every lamp at the wrong place, and lamps are the brightest that it holds."""
+"""Where rays meet lamps.
+
+Lamps are no objects: a traced ray shows a lamp but reports the surface behind it (scene/raytrace.py). A map of
+distances would so show every lamp at the wrong place, and nothing in it is brighter.
+"""
 
 from dataclasses import replace
 

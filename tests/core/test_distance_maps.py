@@ -1,4 +1,4 @@
-"""distance_map and layered_distance against planes and rooms in closed form, and against Embree where things stand in the way."""
+"""distance_map and layered_distance: planes and rooms in closed form, and Embree where things stand in the way."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -37,11 +37,11 @@ def seen_from_inside(room: Room):
 def bake(method, room: Room, n=N, **settings):
     """By the method's own bake, in a scene of closed form."""
     mirror = SimpleNamespace(name="Mirror", object_name="Mirror")
-    scene = SimpleNamespace(lamps=(), instances=(), meshes=(), diagonal=lambda: float(np.linalg.norm(room.high - room.low)))
+    scene = SimpleNamespace(lamps=(), diagonal=lambda: float(np.linalg.norm(room.high - room.low)))
     given = {"resolution": n, "samples": 1, "sky_error": 0, "center": tuple(room.center)}
     first = environment.bake(BakeJob(scene, mirror, seen_from_inside(room), None, given))
-    made = BakeJob(scene, mirror, seen_from_inside(room), None, {**method.DEFAULTS, **given, **settings}, {"environment": first})
-    asset = method.bake(made)
+    asked = {**method.DEFAULTS, **given, **settings}
+    asset = method.bake(BakeJob(scene, mirror, seen_from_inside(room), None, asked, {"environment": first}))
     return asset.joined(first) if method.REQUIRES else asset
 
 
@@ -98,7 +98,8 @@ def test_more_guesses_are_nearer(rng):
     room = random_room(rng, 2.0, 4.0)
     rays = rays_about(rng, room, 6000, 0.8)
     truth = room.exits(rays.origin, rays.direction)
-    tails = [np.quantile(apart(answer(distance_map, bake(distance_map, room, guesses=g), rays), rays, truth), 0.9) for g in (1, 2, 4, 8)]
+    answers = [answer(distance_map, bake(distance_map, room, guesses=g), rays) for g in (1, 2, 4, 8)]
+    tails = [np.quantile(apart(found, rays, truth), 0.9) for found in answers]
     assert tails == sorted(tails, reverse=True) and tails[3] < tails[0] / 10, tails
 
 
@@ -160,11 +161,12 @@ def scene():
 
 @pytest.fixture(scope="module")
 def baked(scene):
-    """method -> asset, the Ball painted by its outer side: red where it faces the mirror, green behind."""
+    """method -> asset."""
     settings = {"resolution": N, "samples": 1, "sky_error": 0, "layers": 4, "stride": 1, "iterations": 3, "guesses": 6}
     first = environment.bake(job(scene, settings))
-    second = distance_map.bake(job(scene, settings, {"environment": first}))
-    return {"environment": first, "distance_map": second.joined(first), "layered_distance": layered_distance.bake(job(scene, settings))}
+    second = distance_map.bake(job(scene, settings, {"environment": first})).joined(first)
+    layered = layered_distance.bake(job(scene, settings))
+    return {"environment": first, "distance_map": second, "layered_distance": layered}
 
 
 def truth(scene, rays):
@@ -190,7 +192,7 @@ def test_the_layers_are_the_surfaces_in_order(scene):
 
 
 def test_a_far_side_shows_what_is_seen_from_outside(scene):
-    """Paths end where they start: radiance of far sides is asked from beyond, of what is open or before it from the centre."""
+    """Inside it is dark: the radiance of far sides is asked from beyond."""
     made = []
     rays = Rays(np.zeros((2, 3), "f"), unit([[1, 0, 0], [0, 0.3, -1]]).astype("f"))
     layers_behind(job(scene, {}, made=made), rays, 2, ("Mirror",), 1)
@@ -260,7 +262,7 @@ def test_a_lamp_is_where_it_hangs(scene):
         place = up @ np.diag([1.0, turn, turn, 1.0])
         lamp = Instance("Lamp", name, len(scene.meshes), place, (), False)
         lit = replace(scene, meshes=(*scene.meshes, mesh), lamps=(lamp,))
-        given = BakeJob(lit, lit.instances[0], tracer(scene), intersect(lit), {"resolution": 32, "samples": 1, "sky_error": 0})
-        asset = environment.bake(given)
+        settings = {"resolution": 32, "samples": 1, "sky_error": 0}
+        asset = environment.bake(BakeJob(lit, lit.instances[0], tracer(scene), intersect(lit), settings))
         up_ray = Rays(np.zeros((1, 3), "f"), np.array([[0.05, 0.05, 1.0]], "f"))
         assert answer(environment, asset, up_ray).position[0, 2] == pytest.approx(wanted, rel=0.01), (turn, name)

@@ -1,17 +1,18 @@
-"""`layered_distance`: marching through layers of cube maps with distances [GPU Gems 3, chapter 17: Umenhoffer, Patow and
+"""`layered_distance`: marching through layers of cube maps with distances [GPU Gems 3, chapter 17: Umenhoffer, Patow,
 Szirmay-Kalos 2007, "Robust Multiple Specular Reflections and Refractions"].
 
-Problem. A guess that is bettered (`distance_map`) may find any of several surfaces, and one map has one surface a direction.
+Problem. A guess that is bettered (`distance_map`) may find any of several surfaces, and one map has one surface a
+direction.
 Idea. A layered distance map holds the surface that is seen from the centre, the one behind it, and so on (17.2.1,
-core/depth_layers.py). The ray marches in steps of about a texel until it passes from before a layer's surface to behind it
-or back (linear search), then false positions find the place (secant search, 17.2.2); the nearest layer wins.
-Where we depart. All layers march together, so the first crossing ends the march. g of core/distance_search.py instead of a
-ratio. Silhouettes are no surfaces: between two texels of very different distance the ray flies on (the chapter takes the
-crossing there). The chapter has an environment that is met everywhere; here a ray that meets nothing is answered by the last
-sky that it passed. Distances of single texels, as in the chapter's shader: blended ones cost four fetches and measured no better.
-No normals: no kernel reads them; a second bounce is `second_order`'s.
-Limits. The reflector itself is in no layer, so it does not see itself. Surfaces that the centre sees at a slant have few
-texels. Costs `layers` fetches a step.
+core/depth_layers.py). The ray marches in steps of a texel or two until it passes from before a layer's surface to behind
+it or back (linear search), then false positions find the place (secant search, 17.2.2); the nearest layer wins.
+Where we depart. All layers march together, so the first crossing ends the march. g of core/distance_search.py instead of
+a ratio. Silhouettes are no surfaces: between two texels of very different distance the ray flies on (the chapter takes
+the crossing there). The chapter has an environment that is met everywhere; here a ray that meets nothing is answered by
+the last sky that it passed (`contact`: 0.2 % false hits; 10.6 % by its direction). Distances of single texels, as in
+the chapter's shader. No normals: they serve the chapter's second bounce, and no kernel here reads them.
+Limits. The reflector is in no layer, so it does not see itself (the chapter's does). Surfaces that the centre sees at a
+slant have few texels. A step costs a fetch a layer. Shader nodes unroll the march, and compile for minutes.
 """
 
 from dataclasses import replace
@@ -46,10 +47,13 @@ def bake(job: BakeJob) -> Asset:
     return replace(
         front,
         images={"radiance_tx": np.concatenate([front.images["radiance_tx"], *images])},
-        uniforms={**front.uniforms, **scales, "layer_height": float(cubemap.image_size(n)[0]), "march_texels": n / 2 / stride},
+        uniforms={
+            **front.uniforms, **scales,
+            "layer_height": float(cubemap.image_size(n)[0]), "march_texels": n / 2 / stride,
+        },  # fmt: skip
         options={
             "layers": 1 + len(behind),
-            # A path as long as the cube's edge, which few of a round reflector's rays exceed; longer ones take longer steps.
+            # A path as long as the cube's edge, which few of a round reflector's rays exceed: they take longer steps.
             "steps": -(-n // stride),
             "iterations": int(job.settings["iterations"]),
         },
@@ -59,7 +63,8 @@ def bake(job: BakeJob) -> Asset:
 def _images(front: Asset, behind: list[Layer], n: int, center: np.ndarray) -> tuple[list[np.ndarray], dict[str, float]]:
     """(pyramids of the layers behind, their common scales). Where a layer ends, it shows the one before it, so that its
     edge blends as the edges of the environment do."""
-    before = front.images["radiance_tx"][: n + 2, : 6 * (n + 2), :3].astype(np.float32) * front.uniforms["radiance_scale"]
+    level = front.images["radiance_tx"][: n + 2, : 6 * (n + 2), :3]
+    before = level.astype(np.float32) * front.uniforms["radiance_scale"]
     levels = []
     for layer in behind:
         level = np.zeros((*before.shape[:2], 4), np.float32)
