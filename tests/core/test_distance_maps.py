@@ -204,7 +204,8 @@ def test_a_far_side_shows_what_is_seen_from_outside(scene):
 def beside(rng, count=6000):
     """Rays from the mirror ball's surface, going outwards."""
     normal = directions(rng, count)
-    return Rays((0.501 * normal).astype("f"), unit(normal + 0.9 * directions(rng, count)[rng.permutation(count)]).astype("f"))
+    outwards = unit(normal + 0.9 * directions(rng, count)[rng.permutation(count)])
+    return Rays((0.501 * normal).astype("f"), outwards.astype("f"))
 
 
 def test_layers_find_what_rays_really_meet(scene, baked, rng):
@@ -253,7 +254,7 @@ def test_a_ray_between_things_flies_on(scene, baked, rng):
 
 
 def test_a_lamp_is_where_it_hangs(scene):
-    """Rays report what is behind a lamp; maps of distances hold the lamp, unless it shines the other way or is hidden."""
+    """Rays report what is behind a lamp; maps hold the lamp, unless it shines the other way or is hidden."""
     square = np.array([[-1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0]], np.float32)
     mesh = Mesh(square, np.array([[0, 1, 2], [0, 2, 3]], np.int32), np.zeros((2, 3, 3), "f"), np.zeros(2, np.int32))
     up = np.eye(4)

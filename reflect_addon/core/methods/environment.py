@@ -8,8 +8,7 @@ Limits. No parallax and no contact: what is near the reflector appears too deep 
 Under a bare sky the map is the whole answer, so there its resolution doubles until a look-up is as good as the eye asks
 (`sky_error`): a noiseless sky takes one path a texel, and 512 texels so cost less than 256 with the default's 16.
 Hit points: the position shown is that of the surface which the texel was captured from, so its error is the very
-parallax error that the method makes. A lamp's texel shows the lamp,
-though traced rays report what is behind it (core/lamp_hits.py).
+parallax error that the method makes. A lamp's texel shows the lamp, so there it is the lamp's (core/lamp_hits.py).
 """
 
 import numpy as np
