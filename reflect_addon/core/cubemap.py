@@ -158,10 +158,12 @@ def look_up(k, asset, direction, angle, bottom=0.0, scales=None):
     return radiance, k.name("cube_distance", distance)
 
 
-def stored_distance(k, asset, direction, bottom=0.0):
-    """Kernel: the nearest texel's distance along `direction` as it is stored, over distance_scale; 0 for the sky."""
+def stored_distance(k, asset, direction, bottom=0.0, blended=False):
+    """Kernel: the distance along `direction` as it is stored, over distance_scale; 0 for the sky. Of the nearest texel, or
+    blended of four, which beside the sky is nearer than any of them."""
+    image = asset.images["radiance_tx"]
     x, y = _texel(asset.uniforms["cube_size"], 1.0, 0.0, bottom, *_face(k, direction))
-    return k.fetch(asset.images["radiance_tx"], k.floor(x), k.floor(y)).w
+    return (k.sample(image, x, y) if blended else k.fetch(image, k.floor(x), k.floor(y))).w
 
 
 def blend_levels(k, level, coarsest, sample_at):

@@ -103,7 +103,7 @@ def test_more_guesses_are_nearer(rng):
     assert tails == sorted(tails, reverse=True) and tails[3] < tails[0] / 10, tails
 
 
-def test_a_guess_is_a_fetch_and_a_step_is_one_for_each_layer(rng):
+def test_a_guess_is_a_look_up_and_a_step_is_one_for_each_layer(rng):
     """Work as it is told: two ends and a fetch a guess; the march's steps times layers."""
     room = random_room(rng, 2.0, 4.0)
     rays = rays_about(rng, room, 2000)
@@ -111,7 +111,8 @@ def test_a_guess_is_a_fetch_and_a_step_is_one_for_each_layer(rng):
         counts = Counts()
         answer(distance_map, bake(distance_map, room, guesses=guesses), rays, counts=counts)
         assert counts.steps <= guesses * len(rays)
-        assert sum(counts.fetches.values()) == counts.steps + (2 + 5) * len(rays), "ends; four texels and a distance"
+        # Two ends and the guesses of four texels each; then the answer's four texels and its distance.
+        assert sum(counts.fetches.values()) == 4 * counts.steps + (2 * 4 + 5) * len(rays)
     counts, asset = Counts(), bake(layered_distance, room, iterations=1)
     found = answer(layered_distance, asset, rays, counts=counts)
     assert asset.options["layers"] == 1 and asset.options["steps"] == N / 2

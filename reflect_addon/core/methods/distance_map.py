@@ -7,8 +7,9 @@ Idea. The point that the ray hits is guessed and the guess bettered: between a p
 ("undershooting") and one behind it ("overshooting") the next guess lies where the ray meets the plane through the two
 surface points that the map has in these directions. Where both see one plane, the first guess is exact. The search is
 the false position of core/distance_search.py between the ray's start and its point at infinity.
-Where we depart. An end that stays halves its value ("Illinois"), which at six guesses takes a fifth off the hit error.
-Distances of single texels: blended ones cost four fetches, measured no better, and invent surfaces at the sky's edge.
+Where we depart. An end that stays halves its value ("Illinois"), which at six guesses on `contact` takes a fifth off
+the median hit error. Distances are blended of four texels, as graphics cards do: with single ones `contact` has, at six
+guesses, 6.5 % false hits instead of 3.5 % (and 8.0 % missed instead of 9.3 %).
 Limits. No marching: where several surfaces lie along the ray any of them may be found, and the sky at the ray's end is
 taken for the answer though something stands before it. What the centre does not see is not there.
 """
@@ -22,7 +23,7 @@ from ..job import BakeJob
 NAME = "distance_map"
 LABEL = "Distance Map"
 REQUIRES = ("environment",)
-DEFAULTS = {"guesses": 6}
+DEFAULTS = {"guesses": 8}
 
 
 def bake(job: BakeJob) -> Asset:
@@ -42,7 +43,7 @@ def trace(k, asset, ray) -> Hit:
 
     def g(t):
         q = way.towards(t)
-        stored = cubemap.stored_distance(k, asset, q)
+        stored = cubemap.stored_distance(k, asset, q, blended=True)
         return distance_search.nearness(k, way, q, stored, asset.uniforms["distance_scale"]) - (1.0 - t)
 
     k.cite("szirmay-kalos-2005: first guess from the texels of the start's direction and of the ray's")
