@@ -75,18 +75,24 @@ def assemble(center: np.ndarray, n: int, hits: Hits) -> tuple[np.ndarray, dict[s
     level = np.empty((n + 2, 6 * (n + 2), 4), np.float32)
     level[..., :3] = radiance.reshape(level.shape[:2] + (3,))
     level[..., 3] = (distance / distance_scale).reshape(level.shape[:2])
+    return pyramid(level), {
+        "radiance_scale": scale,
+        "distance_scale": distance_scale,
+        "cube_size": float(n),
+        "cube_coarsest": float(level_count(n) - 1),
+    }
+
+
+def pyramid(level: np.ndarray) -> np.ndarray:
+    """(H, W, 4) float16: the image of a level 0 (n + 2, 6 (n + 2), 4) float32 and its coarser levels."""
+    n = level.shape[0] - 2
     image = np.zeros(image_size(n) + (4,), np.float16)
     for i in range(level_count(n)):
         x, y = level_origin(n, i)
         image[y : y + level.shape[0], x : x + level.shape[1]] = level
         if i + 1 < level_count(n):
             level = _halved(level)
-    return image, {
-        "radiance_scale": scale,
-        "distance_scale": distance_scale,
-        "cube_size": float(n),
-        "cube_coarsest": float(level_count(n) - 1),
-    }
+    return image
 
 
 def _halved(level: np.ndarray) -> np.ndarray:
@@ -130,23 +136,34 @@ def surface_points(image: np.ndarray, uniforms: dict) -> tuple[np.ndarray, np.nd
     return np.asarray(uniforms["center"]) + directions * distance[:, None], weight
 
 
-def look_up(k, asset, direction, angle):
+def look_up(k, asset, direction, angle, bottom=0.0, scales=None):
     """Kernel: (radiance vec3, distance float from the centre, FAR for the sky) seen along `direction`.
 
     direction: vec3 of any length > 0; angle: the footprint's full angle in radians as seen from the centre.
+    bottom, scales: of several maps in one image, the row where this one begins and what its radiance and distance are
+    stored divided by.
     """
     image, n = asset.images["radiance_tx"], asset.uniforms["cube_size"]
+    radiance_scale, distance_scale = scales or (asset.uniforms["radiance_scale"], asset.uniforms["distance_scale"])
     face, s, t = _face(k, direction)
     # A texel near the middle of a face is 2 / n radians wide; coarser levels only where the footprint passes that.
     coarsest = asset.uniforms["cube_coarsest"]
     level = k.name("cube_level", k.min(k.log2(k.max(angle * n * 0.5, 1.0)), coarsest))
-    texel = blend_levels(k, level, coarsest, lambda i: _sample(k, image, n, i, face, s, t))
-    radiance = k.name("cube_radiance", texel.xyz * asset.uniforms["radiance_scale"])
+    texel = blend_levels(k, level, coarsest, lambda i: _sample(k, image, n, i, bottom, face, s, t))
+    radiance = k.name("cube_radiance", texel.xyz * radiance_scale)
     # Distance is not blended: between a near and a far surface a mean would be a place that does not exist.
-    x, y = _texel(n, 1.0, 0.0, 0.0, face, s, t)
+    x, y = _texel(n, 1.0, 0.0, bottom, face, s, t)
     stored = k.fetch(image, k.floor(x), k.floor(y)).w
-    distance = k.select(stored > 0.0, stored * asset.uniforms["distance_scale"], spaces.FAR)
+    distance = k.select(stored > 0.0, stored * distance_scale, spaces.FAR)
     return radiance, k.name("cube_distance", distance)
+
+
+def stored_distance(k, asset, direction, bottom=0.0, blended=False):
+    """Kernel: the distance along `direction` as it is stored, over distance_scale; 0 for the sky. Of the nearest texel, or
+    blended of four, which beside the sky is nearer than any of them."""
+    image = asset.images["radiance_tx"]
+    x, y = _texel(asset.uniforms["cube_size"], 1.0, 0.0, bottom, *_face(k, direction))
+    return (k.sample(image, x, y) if blended else k.fetch(image, k.floor(x), k.floor(y))).w
 
 
 def blend_levels(k, level, coarsest, sample_at):
@@ -185,14 +202,14 @@ def _texel(n, scale, x0, y0, face, s, t):
     return x, y
 
 
-def _sample(k, image, n, level, face, s, t):
+def _sample(k, image, n, level, bottom, face, s, t):
     """Bilinear texel of one level; level None is level 0 known while recording."""
     if level is None:
-        return k.sample(image, *_texel(n, 1.0, 0.0, 0.0, face, s, t))
+        return k.sample(image, *_texel(n, 1.0, 0.0, bottom, face, s, t))
     # exp2 may be off by a rounding: 1e-4 of a texel, and the border keeps even that inside the face.
     scale = k.name("level_scale", k.exp2(-level))
     column = level >= 2.0
     x0 = k.select(column, 3.0 * n + 12.0, 0.0)
     high = n + 2.0 + 0.5 * n - 2.0 * n * scale + 2.0 * (level - 2.0)
     y0 = k.select(column, high, k.select(level >= 1.0, n + 2.0, 0.0))
-    return k.sample(image, *_texel(n, scale, x0, y0, face, s, t))
+    return k.sample(image, *_texel(n, scale, x0, y0 + bottom, face, s, t))

@@ -213,7 +213,7 @@ def test_baked_from_what_a_tracer_saw(rng, sides):
     room = replace(random_room(rng, 3.0, 6.0, center=(10.0, -20.0, 3.0)), open_sides=sides)
     mirror = SimpleNamespace(name="Mirror", object_name="Mirror")
     settings = {"resolution": 64, "samples": 1, "sky_error": 0, "center": tuple(room.center)}
-    first = environment.bake(BakeJob(None, mirror, room.look_at, None, settings))
+    first = environment.bake(BakeJob(SimpleNamespace(lamps=()), mirror, room.look_at, None, settings))
     second = box_proxy.bake(BakeJob(None, mirror, room.look_at, None, {}, {"environment": first}))
     rays = rays_in(rng, room, 5000)
     end = rays.origin + room.exits(rays.origin, rays.direction)[:, None] * rays.direction

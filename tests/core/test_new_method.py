@@ -131,5 +131,5 @@ def test_nothing_outside_its_module_names_a_method():
         inside = path.relative_to(SOURCE).as_posix()
         if not any(inside.startswith(a) for a in allowed):
             text = path.read_text()
-            for name in ("sphere_proxy", "box_proxy", "billboards"):
+            for name in ("sphere_proxy", "box_proxy", "distance_map", "layered_distance", "billboards"):
                 assert f'"{name}"' not in text, f"{inside} names {name}"

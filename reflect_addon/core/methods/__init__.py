@@ -13,10 +13,11 @@ from types import ModuleType
 
 from .. import surface_radiance
 from ..errors import ReflectError
-from . import billboards, box_proxy, depth_maps, environment, sphere_proxy
+from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, sphere_proxy
 
 # In the order in which people meet them: each repairs what the one before leaves out.
-_METHODS = {m.NAME: m for m in (environment, sphere_proxy, box_proxy, billboards, depth_maps)}
+_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps)
+_METHODS = {m.NAME: m for m in _ALL}
 
 
 def register(method: ModuleType) -> None:

@@ -8,7 +8,7 @@ Limits. No parallax and no contact: what is near the reflector appears too deep 
 Under a bare sky the map is the whole answer, so there its resolution doubles until a look-up is as good as the eye asks
 (`sky_error`): a noiseless sky takes one path a texel, and 512 texels so cost less than 256 with the default's 16.
 Hit points: the position shown is that of the surface which the texel was captured from, so its error is the very
-parallax error that the method makes.
+parallax error that the method makes. A lamp's texel shows the lamp, so there it is the lamp's (core/lamp_hits.py).
 """
 
 import numpy as np
@@ -17,6 +17,7 @@ from .. import cubemap, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit, record, run_numpy
+from ..lamp_hits import with_lamps
 from ..metrics import median_relative
 from ..rays import Hits, Rays
 
@@ -48,8 +49,9 @@ def capture(job: BakeJob, kind: str, hide: tuple[str, ...]) -> Asset:
     if job.settings["sky_error"] and _sees_nothing_else(job, hide):
         asset = _bare_sky(job, kind, center, n, hide)
     if asset is None:
-        hits = job.trace(cubemap.bundle(center, n), hide=hide, samples=int(job.settings["samples"]))
-        asset = _asset(job, kind, center, n, hits)
+        rays = cubemap.bundle(center, n)
+        hits = job.trace(rays, hide=hide, samples=int(job.settings["samples"]))
+        asset = _asset(job, kind, center, n, with_lamps(hits, rays, job.scene, job.intersect, hide))
     return asset
 
 
