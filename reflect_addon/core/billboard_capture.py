@@ -59,7 +59,7 @@ def capture(job: BakeJob, quads: list[Quad]) -> list[np.ndarray]:
             image[solid, 3] = 1.0
             seen = np.zeros(len(image), bool)
             if quads[index].shared:
-                seen[solid] = ~_covered(job, quads[index], start)
+                seen[solid] = ~covered(job, quads[index], start)
             else:
                 seen[solid] = _faces_any(hits.position[rows], hits.normal[rows], corners)
             fill_unseen(images[index], seen.reshape(images[index].shape[:2]))
@@ -79,7 +79,7 @@ def _faces_any(points: np.ndarray, normals: np.ndarray, corners: np.ndarray) -> 
     return (height > 0).any(1)
 
 
-def _covered(job: BakeJob, quad: Quad, points: np.ndarray) -> np.ndarray:
+def covered(job: BakeJob, quad: Quad, points: np.ndarray) -> np.ndarray:
     """(N,) bool: a point just above a flat quad lies inside another object, that stands on it or sticks through it."""
     out = np.zeros(len(points), bool)
     normal = np.asarray(quad.normal)

@@ -16,7 +16,7 @@ reflector (a room) lend their large flat parts only; the rest of them stays in t
 
 import numpy as np
 
-from .. import billboard_kernel, spaces
+from .. import billboard_kernel, ground_box, ground_fit, ground_map, spaces
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import pack, table_rows
 from ..billboard_capture import capture
@@ -30,12 +30,18 @@ from ..job import BakeJob
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
-DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"]}
+DEFAULTS = {
+    "resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], **ground_fit.DEFAULTS
+}  # fmt: skip
 
 def bake(job: BakeJob) -> Asset:
     """Quads for every other object, their texels in one bundle, and the environment without those objects."""
     quads, hidden = quads_for(job)
-    backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
+    ground = ground_fit.find(job, quads, hidden)
+    if ground is not None:
+        quads, hidden = ground_map.in_the_map(job, ground, quads, hidden)
+    seen_by = job if ground is None else ground_map.mended(job, ground)
+    backdrop = environment.capture(seen_by, NAME, hide=(job.reflector.object_name, *hidden))
     captured = capture(job, quads)
     atlas, placed = pack(captured)
     atlas[..., :3], scale = _scaled(atlas[..., :3])
@@ -45,8 +51,8 @@ def bake(job: BakeJob) -> Asset:
         kind=NAME,
         reflector=job.reflector.name,
         images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows},
-        uniforms={**backdrop.uniforms, "billboard_scale": scale},
-        options={"count": len(quads), "contours": not all(opaque)},
+        uniforms={**backdrop.uniforms, "billboard_scale": scale, **(ground.uniforms() if ground else {})},
+        options={"count": len(quads), "contours": not all(opaque), **(ground.options() if ground else {"ground": False})},
         settings=dict(job.settings),
     )
 
@@ -92,10 +98,11 @@ def _encloses(job: BakeJob, instance: Instance, point: np.ndarray) -> bool:
 
 
 def trace(k, asset, ray) -> Hit:
-    """The nearest billboard that the ray meets, else the environment."""
-    if not asset.options["count"]:  # a scene without other objects has no loop
-        return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
+    """The nearest billboard that the ray meets, else the ground's box or the environment."""
     start = k.name("start", ray.origin - asset.uniforms["center"])
+    if not asset.options["count"]:  # a scene without other objects has no loop
+        radiance, position, status = behind(k, asset, ray, start)
+        return Hit(radiance=radiance, position=position, coverage=1.0, status=status)
     k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
     distance, row, u, v = billboard_kernel.nearest(k, asset, ray, start)
 
@@ -104,10 +111,14 @@ def trace(k, asset, ray) -> Hit:
         radiance = billboard_kernel.radiance(k, asset, ray, distance, row, u, v)
         return radiance, ray.origin + ray.direction * distance, spaces.STATUS_HIT
 
-    def backdrop():
-        k.cite("popescu-2006 3.1 step 3: if no intersection return EM(r)")
-        hit = environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
-        return hit.radiance, hit.position, spaces.STATUS_FELL_BACK
-
-    radiance, position, status = k.branch(distance < spaces.FAR, billboard, backdrop)
+    radiance, position, status = k.branch(distance < spaces.FAR, billboard, lambda: behind(k, asset, ray, start))
     return Hit(radiance=radiance, position=position, coverage=1.0, status=status)
+
+
+def behind(k, asset, ray, start):
+    """Kernel: (radiance, position, status) of a ray that meets no stand-in. start: vec3, its origin from the centre."""
+    if asset.options["ground"]:
+        return ground_box.answer(k, asset, ray, start)
+    k.cite("popescu-2006 3.1 step 3: if no intersection return EM(r)")
+    hit = environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
+    return hit.radiance, hit.position, spaces.STATUS_FELL_BACK

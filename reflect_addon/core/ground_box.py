@@ -1,0 +1,104 @@
+"""The ground's box: a ground near the reflector that goes over into the environment map [popescu-2006 3.2, Figs. 6 to 9].
+
+Problem. A ground that goes on into the distance cannot be a quad: either it ends where the quad ends, and the reflection
+jumps from the quad to the map, or its texels are as large as the reflector.
+Idea. The ground near the reflector is a plane inside walls of height H. A ray that meets the ground is looked up in the
+environment map along the line from the map's centre E to the point that it meets; a ray that meets a wall at height h is
+looked up along a linear blend of that line (h = 0: continuous with the ground) and of its own direction (h = H: plain
+environment mapping). Ground and walls are one box, left once. The map is captured with the ground, which needs no texels
+of its own.
+Where we depart. The two vectors that are blended are a, from E to the wall, and t d, the way that the ray has come: the
+blend is a - w p, the wall's point less the share w = h / H of the ray's start p (relative to E). With H the height of
+the start above the ground that is exactly where the ray meets a ground that goes on as a plane, so the walls' place shows
+nowhere. The walls go on above H, where w stays 1: no test for the box's top.
+Limits. One plane. Rays that start outside the box or below the ground are answered from the nearest point in it.
+Things in the map that stand inside the box would be painted onto the ground: ground_fit ends the box before them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import cubemap, spaces
+from .slab import exit_distance
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A box that stands on the ground around a reflector. All lengths along its axes from `center`, m."""
+
+    center: np.ndarray  # (3,) float64, world, m: E, what the environment map is captured from
+    axes: np.ndarray  # (3, 3) float64 rows: two along the ground and its normal, orthonormal, right-handed
+    low: np.ndarray  # (3,) float64: two walls and the ground, all below 0
+    high: np.ndarray  # (2,) float64: the other two walls, above 0
+    height: float  # m: H, of the morph
+    members: tuple[str, ...]  # instances that are the ground; (): only the world's picture shows it
+
+    def uniforms(self) -> dict[str, float | tuple[float, ...]]:
+        out = {f"ground_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", self.axes, strict=True)}
+        out["ground_low"] = tuple(map(float, self.low))
+        out["ground_high"] = (*map(float, self.high), 2.0 * spaces.FAR)
+        return out | {"ground_morph": float(self.height)}
+
+    def options(self) -> dict[str, bool]:
+        """turned: not along the world's axes; seen: the map holds the ground's distances."""
+        return {"ground": True, "ground_turned": not np.array_equal(self.axes, np.eye(3)), "ground_seen": bool(self.members)}
+
+    def local(self, points: np.ndarray) -> np.ndarray:
+        """(..., 3) world points in the box's axes, from its centre."""
+        return (np.asarray(points, np.float64) - self.center) @ self.axes.T
+
+    def world(self, points: np.ndarray) -> np.ndarray:
+        return np.asarray(points, np.float64) @ self.axes + self.center
+
+
+def answer(k, asset, ray, start):
+    """Kernel: (radiance, position, status) of a ray that meets nothing before the ground's box.
+
+    start: vec3, the ray's origin relative to the asset's centre."""
+    u = asset.uniforms
+    low, high = u["ground_low"], u["ground_high"]
+
+    def to_box(v):
+        if not asset.options["ground_turned"]:
+            return v
+        return k.vec3(k.dot(u["ground_x"], v), k.dot(u["ground_y"], v), k.dot(u["ground_z"], v))
+
+    k.cite("popescu-2006 3.2: the billboard and the transition walls form a box")
+    inside = k.name("box_start", k.min(k.max(to_box(start), low), high))
+    along = k.name("box_along", to_box(ray.direction))
+    to_ground = k.name("to_ground", exit_distance(k, inside, along, low, high, "z"))
+    to_wall = k.name("to_wall", k.min(*(exit_distance(k, inside, along, low, high, axis) for axis in "xy")))
+    travelled = k.name("travelled", k.min(to_wall, to_ground))
+    # The box is open above, at 2 FAR: what leaves it there is the sky like all above H.
+    met = k.name("box_met", inside + along * travelled)
+    share = k.clamp((met.z - low.z) / u["ground_morph"], 0.0, 1.0)
+    on_ground = to_ground <= to_wall
+    share = k.name("morph", k.select(on_ground & (along.z < 0.0), 0.0, share))
+    return shown(k, asset, ray, inside, met, travelled, share)
+
+
+def shown(k, asset, ray, inside, met, travelled, share):
+    """Kernel: (radiance, position, status) at the point `met` of the box, at the share h / H of a wall (0: the ground).
+
+    inside, met: vec3, the ray's start and end in the box's axes from its centre; travelled: float, m."""
+    u = asset.uniforms
+    k.cite("popescu-2006 3.2: r_m, a linear blend of r_1^d (above H) and r_a (on the ground)")
+    seen = k.name("seen", met - inside * share)
+    above = k.name("above", share >= 1.0)
+    direction = seen
+    if asset.options["ground_turned"]:
+        direction = u["ground_x"] * seen.x + u["ground_y"] * seen.y + u["ground_z"] * seen.z
+    far = k.name("from_center", k.max(k.length(seen), 1e-30))
+    footprint = (ray.width * (1.0 - share) + ray.spread * travelled) / far
+    direction = k.name("direction", k.select(above, ray.direction, direction))
+    radiance, distance = cubemap.look_up(k, asset, direction, k.select(above, ray.spread, footprint))
+    if asset.options["ground_seen"]:
+        # On the ground its plane is exact; a texel's distance is that of the texel's middle.
+        distance = k.select(share <= 0.0, far, distance)
+    else:
+        # The picture of the world has no distances: the ground bends up from where it is to infinity at H.
+        bent = k.select(above, spaces.FAR, k.min(k.length(met) / k.max(1.0 - share, 1e-9), spaces.FAR))
+        distance = k.select(distance >= spaces.FAR, bent, distance)
+    position = u["center"] + k.normalize(direction) * distance
+    return radiance, position, k.select(above, spaces.STATUS_FELL_BACK, spaces.STATUS_HIT)
