@@ -34,10 +34,8 @@ STEEPEST = np.radians(15)
 UPRIGHT = 1e-4
 # Directions of the fan, and the growth of the circles on the ground that it looks at: 14 % of a distance may hide a stone.
 DIRECTIONS, GROWTH = 64, 1.14
-# Past a circle a surface that goes on is met by this multiple of its radius; over a cliff the eye meets what is far below.
-GOES_ON = 1.5
-# Tangents of the directions above the horizon in which the ground may go on, as hills.
-HILLS = np.linspace(0.0, 0.6, 13)
+# Steps between a circle and the next in which a ground that goes on is told from an edge.
+EDGE_STEPS = 4
 
 
 def find(job: BakeJob, quads: list[Quad], hidden: tuple[str, ...]) -> Ground | None:
@@ -52,9 +50,11 @@ def find(job: BakeJob, quads: list[Quad], hidden: tuple[str, ...]) -> Ground | N
         if found is None:
             continue
         axes, height, members = found
-        profile = _Profile(job, center, axes, height, radius / ANGLE, _stay(job, hidden, members))
-        box = _box(job, corners @ axes.T, height, profile.flat, radius)
-        if profile.goes_on and box is not None:
+        reach = radius / ANGLE
+        flat = _flat_to(job, center, axes, height, reach, _stay(job, hidden, members))
+        box = _box(job, corners @ axes.T, height, flat, radius)
+        pieces = [i for i in job.scene.instances if i.name in members]
+        if box is not None and _goes_on(job, center, axes, height, reach, flat, pieces):
             return Ground(center, axes, *box, members)
     height = float(job.settings.get("ground_height") or 0.0)
     if height > 0:
@@ -71,8 +71,10 @@ def without(job: BakeJob, ground: Ground, quads: list[Quad], hidden: tuple[str, 
     def stays(quad: Quad) -> bool:
         if owner[quad.instance] not in names:
             return True
-        along, height = np.asarray(quad.normal) @ ground.axes[2], ground.local(np.asarray(quad.center))[2]
-        return quad.shared and not (along > np.cos(STEEPEST) and abs(height - ground.low[2]) < FLAT * abs(ground.low[2]))
+        along, height = abs(np.asarray(quad.normal) @ ground.axes[2]), ground.local(np.asarray(quad.center))[2]
+        # As near to the plane as what is flat may be thick.
+        on_plane = abs(height - ground.low[2]) <= FLAT * max(-ground.low[2], 2 * max(quad.half_u, quad.half_v))
+        return quad.shared and not (along > np.cos(STEEPEST) and on_plane)
 
     return [q for q in quads if stays(q)], tuple(name for name in hidden if name not in names)
 
@@ -130,9 +132,7 @@ def _plane(job, instance: Instance, center, height: float, radius: float, quads:
 def _fitted_plane(job, instance: Instance, center, height: float, radius: float):
     """(normal, point) of the least-squares plane through what lies within four radii under the centre."""
     ring = np.linspace(0.25, 4.0, 8) * max(height, radius)
-    angle = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
-    to = np.stack([np.outer(ring, np.cos(angle)), np.outer(ring, np.sin(angle)), np.full((8, DIRECTIONS), -height)], -1)
-    to = to.reshape(-1, 3)
+    to = np.stack([*(np.outer(ring, c) for c in _compass()), np.full((8, DIRECTIONS), -height)], -1).reshape(-1, 3)
     direction = to / np.linalg.norm(to, axis=-1, keepdims=True)
     distance = job.intersect(instance, Rays(np.broadcast_to(center, to.shape), direction))
     # What is far from where a plane would be is another part of the instance: a kerb, a wall.
@@ -160,37 +160,49 @@ def _axes(normal: np.ndarray) -> np.ndarray:
     return np.array([x, np.cross(normal, x), normal])
 
 
-class _Profile:
-    """What E sees of the ground along a fan of directions.
+def _flat_to(job: BakeJob, center, axes, height: float, reach: float, instances: list[Instance]) -> np.ndarray:
+    """(DIRECTIONS,) m along the ground: how far E sees it as the plane."""
+    steps = np.ceil(np.log(1.5 * reach / (height / 4)) / np.log(GROWTH)).clip(4, 200) + 1  # a square's corners lie at 1.41
+    circles = height / 4 * GROWTH ** np.arange(steps)
+    to = np.stack([*(np.multiply.outer(c, circles) for c in _compass()), np.full((DIRECTIONS, len(circles)), -height)], -1)
+    length = np.linalg.norm(to, axis=-1)
+    met = _first(job, instances, center, (to / length[..., None]).reshape(-1, 3) @ axes).reshape(length.shape)
+    with np.errstate(invalid="ignore"):
+        flat = np.abs(met - length) * height / length <= FLAT * length
+    count = np.where(flat.all(1), len(circles), flat.argmin(1))
+    return np.where(count > 0, circles[np.maximum(count - 1, 0)], 0.0)
 
-    flat: (DIRECTIONS,) m, up to where the ground is the plane; goes_on: whether it is connected to the distant scene."""
 
-    def __init__(self, job: BakeJob, center, axes, height: float, reach: float, instances: list[Instance]):
-        circles = height / 4 * GROWTH ** np.arange(np.ceil(np.log(6 * reach / height) / np.log(GROWTH)).clip(4, 200))
-        tangent = np.concatenate([-height / circles, HILLS])
-        angle = (np.arange(DIRECTIONS) + 0.5) * 2 * np.pi / DIRECTIONS
-        flat = np.stack([np.cos(angle), np.sin(angle)], -1)[:, None].repeat(len(tangent), 1)
-        to = np.concatenate([flat, np.broadcast_to(tangent[:, None], (*flat.shape[:2], 1))], -1)
-        length = np.linalg.norm(to, axis=-1)
-        direction = (to / length[..., None]).reshape(-1, 3) @ axes
-        distance = np.full(len(direction), np.inf)
-        for instance in instances:
-            distance = np.minimum(distance, job.intersect(instance, Rays(np.broadcast_to(center, direction.shape), direction)))
-        # Along the ground.
-        met = (distance.reshape(length.shape)) / length
-        seen, rest = met[:, : len(circles)], met[:, len(circles) :]
+def _goes_on(job: BakeJob, center, axes, height: float, reach: float, flat: np.ndarray, members: list[Instance]) -> bool:
+    """Whether the ground is there, flat or not, at `reach` in MOST directions, and ends on the way in few.
+
+    Looked at from straight above: a valley may hide from E."""
+    above = max(float((job.scene.bounds(members)[1] - center) @ axes[2]), 0.0) + reach
+
+    def heights(away: np.ndarray) -> np.ndarray:
+        at = np.stack([*(c * away for c in _compass()), np.full(DIRECTIONS, above)], -1) @ axes + center
+        return above + height - _first(job, members, at, np.broadcast_to(-axes[2], at.shape))
+
+    ends, before = np.zeros(DIRECTIONS, bool), np.zeros(DIRECTIONS)
+    for step in range(1, EDGE_STEPS + 1):
+        width = flat * (GROWTH - 1) / EDGE_STEPS
+        here = heights(flat + width * step)
         with np.errstate(invalid="ignore"):
-            off = np.abs(seen - circles) * height / circles
-            is_flat = off <= FLAT * np.hypot(circles, height)
-        steps = np.where(is_flat.all(1), len(circles), is_flat.argmin(1))
-        self.flat = np.where(steps > 0, circles[np.maximum(steps - 1, 0)], 0.0)
-        after = np.minimum(steps, len(circles) - 1)
-        beyond = seen[np.arange(DIRECTIONS), after]
-        within = self.flat < reach
-        ends = within & (beyond > GOES_ON * circles[after])
-        far = np.where(np.isfinite(seen), seen, 0.0).max(1)
-        far = np.maximum(far, np.where(np.isfinite(rest), rest, 0.0).max(1))
-        self.goes_on = bool(ends.mean() <= ENDS and np.mean(~ends & (far >= reach)) >= MOST)
+            ends |= before - here > width  # falls by more than 45 degrees; nothing is infinitely deep
+        before = here
+    ends &= flat < reach
+    return bool(ends.mean() <= ENDS and np.mean(~ends & np.isfinite(heights(np.full(DIRECTIONS, reach)))) >= MOST)
+
+
+def _compass() -> tuple[np.ndarray, np.ndarray]:
+    angle = (np.arange(DIRECTIONS) + 0.5) * 2 * np.pi / DIRECTIONS
+    return np.cos(angle), np.sin(angle)
+
+
+def _first(job: BakeJob, instances: list[Instance], origin, direction) -> np.ndarray:
+    """(N,) distances to whatever of these instances is met first, inf = nothing."""
+    rays = Rays(np.broadcast_to(origin, direction.shape), direction)
+    return np.min([np.full(len(direction), np.inf), *(job.intersect(i, rays) for i in instances)], axis=0)
 
 
 def _box(job: BakeJob, corners: np.ndarray, height: float, flat: np.ndarray, radius: float):
@@ -209,8 +221,11 @@ def _box(job: BakeJob, corners: np.ndarray, height: float, flat: np.ndarray, rad
 
 def _sides(flat: np.ndarray, reach: float) -> np.ndarray:
     """(4,) -x, -y, +x, +y: a rectangle within the flat ground, no side farther than `reach`; first the largest square."""
-    angle = (np.arange(DIRECTIONS) + 0.5) * 2 * np.pi / DIRECTIONS
-    c, s = np.cos(angle), np.sin(angle)
+    # Between two directions of the fan the ground is as flat as along the less flat one; along an axis a side is farthest.
+    between = np.arange(0, DIRECTIONS, 0.25)
+    angle = between * 2 * np.pi / DIRECTIONS
+    c, s = (np.where(np.abs(v) > 1e-9, v, 1e-9) for v in (np.cos(angle), np.sin(angle)))
+    flat = np.minimum(*(flat[whole.astype(int) % DIRECTIONS] for whole in (np.floor(between - 0.5), np.ceil(between - 0.5))))
 
     def fits(sides) -> bool:
         rim = np.minimum(np.where(c > 0, sides[2], sides[0]) / np.abs(c), np.where(s > 0, sides[3], sides[1]) / np.abs(s))
