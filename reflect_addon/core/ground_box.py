@@ -9,8 +9,9 @@ environment mapping). Ground and walls are one box, left once. The map is captur
 of its own.
 Where we depart. The two vectors that are blended are a, from E to the wall, and t d, the way that the ray has come: the
 blend is a - w p, the wall's point less the share w = h / H of the ray's start p (relative to E). With H the height of
-the start above the ground that is exactly where the ray meets a ground that goes on as a plane, so the walls' place shows
-nowhere. The walls go on above H, where w stays 1: no test for the box's top.
+the start above the ground this is exactly where the ray meets a ground that goes on as a plane, so the walls' place shows
+nowhere. (A start on the wall has t = 0, and no blend: t is at least NEAR_WALL of the box.) The walls go on above H, where
+w stays 1: no test for the box's top.
 Limits. One plane. Rays that start outside the box or below the ground are answered from the nearest point in it.
 Things in the map that stand inside the box would be painted onto the ground: ground_fit ends the box before them.
 """
@@ -21,6 +22,9 @@ import numpy as np
 
 from . import cubemap, spaces
 from .slab import exit_distance
+
+# Share of the nearest wall's distance from E: rays that start nearer to the wall they meet are blended as from there.
+NEAR_WALL = 0.25
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,8 @@ class Ground:
         out = {f"ground_{name}": tuple(map(float, axis)) for name, axis in zip("xyz", self.axes, strict=True)}
         out["ground_low"] = tuple(map(float, self.low))
         out["ground_high"] = (*map(float, self.high), 2.0 * spaces.FAR)
-        return out | {"ground_morph": float(self.height)}
+        near = NEAR_WALL * min(-self.low[0], -self.low[1], *self.high)
+        return out | {"ground_morph": float(self.height), "ground_near": float(near)}
 
     def options(self) -> dict[str, bool]:
         """turned: not along the world's axes; seen: the map holds the ground's distances."""
@@ -75,22 +80,23 @@ def answer(k, asset, ray, start):
     share = k.clamp((met.z - low.z) / u["ground_morph"], 0.0, 1.0)
     on_ground = to_ground <= to_wall
     share = k.name("morph", k.select(on_ground & (along.z < 0.0), 0.0, share))
-    return shown(k, asset, ray, inside, met, travelled, share)
+    return shown(k, asset, ray, met, along, travelled, share)
 
 
-def shown(k, asset, ray, inside, met, travelled, share):
+def shown(k, asset, ray, met, along, travelled, share):
     """Kernel: (radiance, position, status) at the point `met` of the box, at the share h / H of a wall (0: the ground).
 
-    inside, met: vec3, the ray's start and end in the box's axes from its centre; travelled: float, m."""
+    met, along: vec3, where the ray leaves the box, from its centre, and its direction, in the box's axes; travelled: float, m."""
     u = asset.uniforms
     k.cite("popescu-2006 3.2: r_m, a linear blend of r_1^d (above H) and r_a (on the ground)")
-    seen = k.name("seen", met - inside * share)
+    way = k.name("way", k.max(travelled, u["ground_near"] * share))
+    seen = k.name("seen", met * (1.0 - share) + along * (share * way))
     above = k.name("above", share >= 1.0)
     direction = seen
     if asset.options["ground_turned"]:
         direction = u["ground_x"] * seen.x + u["ground_y"] * seen.y + u["ground_z"] * seen.z
     far = k.name("from_center", k.max(k.length(seen), 1e-30))
-    footprint = (ray.width * (1.0 - share) + ray.spread * travelled) / far
+    footprint = (ray.width * (1.0 - share) + ray.spread * way) / far
     direction = k.name("direction", k.select(above, ray.direction, direction))
     radiance, distance = cubemap.look_up(k, asset, direction, k.select(above, ray.spread, footprint))
     if asset.options["ground_seen"]:

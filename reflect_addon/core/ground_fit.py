@@ -167,8 +167,8 @@ def _flat_to(job: BakeJob, center, axes, height: float, reach: float, instances:
     to = np.stack([*(np.multiply.outer(c, circles) for c in _compass()), np.full((DIRECTIONS, len(circles)), -height)], -1)
     length = np.linalg.norm(to, axis=-1)
     met = _first(job, instances, center, (to / length[..., None]).reshape(-1, 3) @ axes).reshape(length.shape)
-    with np.errstate(invalid="ignore"):
-        flat = np.abs(met - length) * height / length <= FLAT * length
+    # Told from the plane by less than FLAT of the distance, or by a parallax that nobody sees (reach = radius / ANGLE).
+    flat = (np.abs(met - length) <= FLAT * length) | (np.abs(1 / met - 1 / length) * reach <= 1.0)
     count = np.where(flat.all(1), len(circles), flat.argmin(1))
     return np.where(count > 0, circles[np.maximum(count - 1, 0)], 0.0)
 
