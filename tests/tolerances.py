@@ -84,3 +84,7 @@ PEER_FURNACE = 0.03
 PEER_PIXELS = 0.03
 # popescu-2006 5.2, relative z error of the bunny by points per row: the paper's own figures, held over the depth range.
 SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
+# core/ground_box.py on a ground that goes on: rmse and median hit error as shares of the environment map's. What is left
+# of the first is the checks' edges, a texel wide in either; of the second the terrain's bumps.
+GROUND_RMSE = 0.6
+GROUND_HIT = 0.05
