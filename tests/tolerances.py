@@ -86,5 +86,5 @@ PEER_PIXELS = 0.03
 SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
 # core/ground_box.py on a ground that goes on: rmse and median hit error as shares of the environment map's. What is left
 # of the first is the checks' edges, a texel wide in either; of the second the terrain's bumps.
-GROUND_RMSE = 0.6
-GROUND_HIT = 0.05
+GROUND_RMSE = 0.25
+GROUND_HIT = 0.01

@@ -64,14 +64,9 @@ def answer(k, asset, ray, start):
     u = asset.uniforms
     low, high = u["ground_low"], u["ground_high"]
 
-    def to_box(v):
-        if not asset.options["ground_turned"]:
-            return v
-        return k.vec3(k.dot(u["ground_x"], v), k.dot(u["ground_y"], v), k.dot(u["ground_z"], v))
-
     k.cite("popescu-2006 3.2: the billboard and the transition walls form a box")
-    inside = k.name("box_start", k.min(k.max(to_box(start), low), high))
-    along = k.name("box_along", to_box(ray.direction))
+    inside = k.name("box_start", k.min(k.max(to_box(k, asset, start), low), high))
+    along = k.name("box_along", to_box(k, asset, ray.direction))
     to_ground = k.name("to_ground", exit_distance(k, inside, along, low, high, "z"))
     to_wall = k.name("to_wall", k.min(*(exit_distance(k, inside, along, low, high, axis) for axis in "xy")))
     travelled = k.name("travelled", k.min(to_wall, to_ground))
@@ -81,6 +76,14 @@ def answer(k, asset, ray, start):
     on_ground = to_ground <= to_wall
     share = k.name("morph", k.select(on_ground & (along.z < 0.0), 0.0, share))
     return shown(k, asset, ray, met, along, travelled, share)
+
+
+def to_box(k, asset, v):
+    """Kernel: a vec3 of the world in the box's axes."""
+    u = asset.uniforms
+    if not asset.options["ground_turned"]:
+        return v
+    return k.vec3(k.dot(u["ground_x"], v), k.dot(u["ground_y"], v), k.dot(u["ground_z"], v))
 
 
 def shown(k, asset, ray, met, along, travelled, share):
