@@ -43,10 +43,12 @@ def rays_in(rng, ground: Ground, count: int, spare=0.01) -> Rays:
 
 
 def rays_everywhere(rng, ground: Ground, count: int) -> Rays:
-    """Half of them inside; the rest from outside, from under the ground and from its planes; a few null rays."""
-    inside = rays_in(rng, ground, count, spare=0.0)
+    """Most of them inside; the rest from outside, from under the ground and up from it; a few null rays."""
+    inside = rays_in(rng, ground, count)
     origin, direction = ground.local(inside.origin), inside.direction
     origin[: count // 4] *= 3
     origin[: count // 8, 2] = ground.low[2]
+    up = direction[: count // 8] @ ground.axes[2]
+    direction[: count // 8] -= np.minimum(2 * up, 0)[:, None] * ground.axes[2].astype("f")
     direction[-10:] = 0
     return Rays(ground.world(origin).astype("f"), direction)

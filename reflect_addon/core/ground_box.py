@@ -26,6 +26,12 @@ from .slab import exit_distance
 # Share of the nearest wall's distance from E: rays that start nearer to the wall they meet are blended as from there.
 NEAR_WALL = 0.25
 
+# Share of H within which the point that is shown goes over from the plane to what the map saw, so that it never jumps.
+RIM = 1 / 16
+
+# A plane that goes on recedes to infinity towards H; nearer to it than this share 1 - w is a difference of roundings.
+LEAST_REST = 1 / 256
+
 
 @dataclass(frozen=True)
 class Ground:
@@ -102,12 +108,12 @@ def shown(k, asset, ray, met, along, travelled, share):
     footprint = (ray.width * (1.0 - share) + ray.spread * way) / far
     direction = k.name("direction", k.select(above, ray.direction, direction))
     radiance, distance = cubemap.look_up(k, asset, direction, k.select(above, ray.spread, footprint))
+    # Where a plane that goes on would be met: exact on the ground, where a texel's distance is that of the texel's middle.
+    bent = k.min(far / k.max(1.0 - share, LEAST_REST), spaces.FAR)
     if asset.options["ground_seen"]:
-        # On the ground its plane is exact; a texel's distance is that of the texel's middle.
-        distance = k.select(share <= 0.0, far, distance)
-    else:
-        # The picture of the world has no distances: the ground bends up from where it is to infinity at H.
-        bent = k.select(above, spaces.FAR, k.min(k.length(met) / k.max(1.0 - share, 1e-9), spaces.FAR))
-        distance = k.select(distance >= spaces.FAR, bent, distance)
+        going_over = k.mix(bent, distance, k.min(share * (1.0 / RIM), 1.0))
+    else:  # the picture of the world has no distances
+        going_over = k.select(distance >= spaces.FAR, bent, distance)
+    distance = k.select(above, distance, going_over)
     position = u["center"] + k.normalize(direction) * distance
     return radiance, position, k.select(above, spaces.STATUS_FELL_BACK, spaces.STATUS_HIT)
