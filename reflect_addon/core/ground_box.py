@@ -104,7 +104,8 @@ def shown(k, asset, ray, met, along, travelled, share):
     direction = seen
     if asset.options["ground_turned"]:
         direction = u["ground_x"] * seen.x + u["ground_y"] * seen.y + u["ground_z"] * seen.z
-    far = k.name("from_center", k.max(k.length(seen), 1e-30))
+    # 1e-20: a null ray travels 2 FAR, and the quotient below must stay finite, as shader nodes select by mixing.
+    far = k.name("from_center", k.max(k.length(seen), 1e-20))
     footprint = (ray.width * (1.0 - share) + ray.spread * way) / far
     direction = k.name("direction", k.select(above, ray.direction, direction))
     radiance, distance = cubemap.look_up(k, asset, direction, k.select(above, ray.spread, footprint))
