@@ -50,8 +50,9 @@ def find(job: BakeJob, quads: list[Quad], hidden: tuple[str, ...]) -> Ground | N
         if found is None:
             continue
         axes, height, members = found
-        reach = radius / ANGLE
-        flat = _flat_to(job, center, axes, height, reach, _stay(job, hidden, members))
+        # Who says how large the box is wants it on any ground that is as large.
+        reach = float(job.settings.get("ground_size") or 0.0) / 2 or radius / ANGLE
+        flat = _flat_to(job, center, axes, height, radius / ANGLE, _stay(job, hidden, members))
         box = _box(job, corners @ axes.T, height, flat, radius)
         pieces = [i for i in job.scene.instances if i.name in members]
         if box is not None and _goes_on(job, center, axes, height, reach, flat, pieces):

@@ -49,7 +49,7 @@ def mended(job: BakeJob, ground: Ground) -> BakeJob:
         on = hits.hit & (np.abs(at[:, 2] - ground.low[2]) <= FLAT * np.linalg.norm(at, axis=-1))
         on &= np.all((at[:, :2] > ground.low[:2]) & (at[:, :2] < ground.high), axis=1)
         hidden = np.zeros(len(rays), bool)
-        hidden[on] = covered(job, _quad(ground, 1.0), hits.position[on].astype(np.float64))
+        hidden[on] = covered(job, square(ground, 1.0), hits.position[on].astype(np.float64))
         if not hidden.any():
             return hits
         texels = np.concatenate([hits.radiance, on[:, None]], 1).astype(np.float32).reshape(int(side), 6, int(side), 4)
@@ -92,11 +92,11 @@ def finer_quad(job: BakeJob, ground: Ground, resolution: int) -> Quad | None:
         with_quad = np.where(near, 2 * half / texels, in_map)
         gain = np.log(np.maximum(in_map * to_angle, FINEST) / np.maximum(with_quad * to_angle, FINEST)).mean()
         if gain > best:
-            best, chosen = gain, _quad(ground, half)
+            best, chosen = gain, square(ground, half)
     return chosen
 
 
-def _quad(ground: Ground, half: float) -> Quad:
+def square(ground: Ground, half: float) -> Quad:
     """A square of the ground around the point under the centre; the surface may be off the plane by FLAT."""
     at = ground.world(np.array([0.0, 0.0, ground.low[2]]))
     above = FLAT * 2 * half

@@ -51,6 +51,12 @@ def five_quads(asset: Asset) -> Asset:
     )  # fmt: skip
 
 
+def ground_alone(asset: Asset) -> Asset:
+    """For `trace` too: the ground ends where its quad ends, in the environment map (Fig. 6)."""
+    five = five_quads(asset)
+    return replace(five, options={**five.options, "count": 1})
+
+
 def trace(k, asset, ray) -> Hit:
     """The nearest of ground and walls by the loop over quads; row 0 is the ground, v is a wall's height."""
     start = k.name("start", ray.origin - asset.uniforms["center"])

@@ -25,7 +25,8 @@ def leaves(ground: Ground, rays: Rays):
     plane in float64."""
     p, d = ground.local(rays.origin), rays.direction.astype(np.float64) @ ground.axes.T
     best, floor = np.full(len(p), np.inf), np.zeros(len(p), bool)
-    for axis, value, sign in ((0, ground.low[0], -1), (0, ground.high[0], 1), (1, ground.low[1], -1), (1, ground.high[1], 1), (2, ground.low[2], -1)):
+    walls = [(axis, side[axis], sign) for axis in (0, 1) for side, sign in ((ground.low, -1), (ground.high, 1))]
+    for axis, value, sign in (*walls, (2, ground.low[2], -1)):
         towards = d[:, axis] * sign > 0
         t = np.full(len(p), np.inf)
         t[towards] = (value - p[towards, axis]) / d[towards, axis]
@@ -87,12 +88,12 @@ def test_walls_blend_the_two_rays(rng, ground):
 
 
 def seams(ground: Ground):
-    """(name, (M, 3) points on the box, two steps (3,) across the seam), local: the ground's rim, H, and the corners."""
+    """{name: (M, 3) points on an edge of the box, local}: the ground's rim, H, and the corners."""
     t = np.linspace(0.02, 0.98, 50)[:, None]
     low, high, floor, top = ground.low, ground.high, ground.low[2], ground.low[2] + ground.height
-    rim = np.concatenate([
-        np.concatenate([np.full_like(t, x), low[1] + t * (high[1] - low[1]), np.full_like(t, floor)], 1) for x in (low[0], high[0])
-    ] + [np.concatenate([low[0] + t * (high[0] - low[0]), np.full_like(t, y), np.full_like(t, floor)], 1) for y in (low[1], high[1])])  # fmt: skip
+    along_x = [np.c_[low[0] + t * (high[0] - low[0]), np.full_like(t, y), np.full_like(t, floor)] for y in (low[1], high[1])]
+    along_y = [np.c_[np.full_like(t, x), low[1] + t * (high[1] - low[1]), np.full_like(t, floor)] for x in (low[0], high[0])]
+    rim = np.concatenate(along_x + along_y)
     corner = np.concatenate([
         np.concatenate([np.full_like(t, x), np.full_like(t, y), floor + t * 1.5 * ground.height], 1)
         for x in (low[0], high[0]) for y in (low[1], high[1])

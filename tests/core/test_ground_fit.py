@@ -9,7 +9,9 @@ import trimesh
 from analytic import unit
 from mesh_scenes import job, snapshot, tracer
 
-from reflect_addon.core import ground_fit, ground_map, metrics
+from reflect_addon.core import billboard_atlas, ground_fit, ground_map, methods, metrics
+from reflect_addon.core.billboard_capture import capture
+from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.methods import billboards, environment
 from reflect_addon.core.rays import Rays
@@ -135,6 +137,15 @@ def test_settings_say_how_large():
     ground = found(scene, ground_size=8.0, ground_morph=1.5)[3]
     np.testing.assert_allclose([*ground.low[:2], *ground.high, ground.height], [-4, -4, 4, 4, 1.5])
     assert found(scene, ground_size=0.1)[3] is None, "smaller than the reflector"
+    assert found(snapshot(ball(), Ground=sheet(40)), ground_size=8.0)[3] is not None, "one that ends too early by itself"
+    assert found(snapshot(ball(), Ground=sheet(3)), ground_size=8.0)[3] is None, "no ground where the walls would stand"
+
+
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf"), "2", None, True])
+def test_a_length_is_a_number_from_nought(value):
+    methods.check_settings(("billboards",), {"ground_size": 3, "ground_height": 0.25})
+    with pytest.raises(ReflectError, match="ground_size cannot be"):
+        methods.check_settings(("billboards",), {"ground_size": value})
 
 
 def test_the_worlds_own_ground_is_there_on_request():
@@ -200,7 +211,7 @@ def test_it_is_nearer_to_the_truth(rng, name, record_property):
     work = job(scene, settings, paint=checks)
     _, _, hidden, ground = found(scene)
     boxed = billboards.bake(work)
-    quad = ground_map._quad(ground, 8 * RADIUS)
+    quad = ground_map.square(ground, 8 * RADIUS)
     small = bake_with_quad(work, quad, hidden)
     plain = environment.bake(job(scene, {**settings, "resolution": 128}, paint=checks))
     normal = unit(rng.normal(size=(20_000, 3)))
@@ -226,14 +237,11 @@ def bake_with_quad(work, quad, hidden):
     """Billboards as they were: a quad of the ground near the reflector, the ground hidden only where the quad is."""
     quads, _ = billboards.quads_for(work)
     quads = [q for q in quads if q.instance != "Ground"] + [quad]
-    import reflect_addon.core.billboard_atlas as atlas
-    from reflect_addon.core.billboard_capture import capture
-
     images = capture(work, quads)
-    table, placed = atlas.pack(images)
+    table, placed = billboard_atlas.pack(images)
     backdrop = environment.capture(work, "billboards", hide=("Mirror", *(h for h in hidden if h != "Ground")))
     opaque = [bool(i[..., 3].min() == 1) for i in images]
-    rows = atlas.table_rows(quads, placed, opaque, backdrop.uniforms["center"])
+    rows = billboard_atlas.table_rows(quads, placed, opaque, backdrop.uniforms["center"])
     return replace(
         backdrop, images={**backdrop.images, "billboard_tx": table.astype(np.float16), "billboard_buf": rows},
         uniforms={**backdrop.uniforms, "billboard_scale": 1.0},

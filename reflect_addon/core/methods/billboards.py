@@ -7,6 +7,7 @@ environment map, captured without these objects, where it meets none (3.1, steps
     all reflectors (section 3, second paragraph).
   * What has volume stands through its centroid B, perpendicular to the line from B to the reflector's centroid, seen
     by a camera with a field of view of 10 degrees: one quad for each reflector.
+A ground that goes on into the distance is no quad but a box over the environment map (ground_box.py, 3.2).
 Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
 rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
 and nothing in front of an object can stand in its way. The texture's level follows the ray's footprint.
