@@ -17,6 +17,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 
+import bpy  # noqa: E402, F401  the pip module makes mathutils known
+
 from reflect_addon.core import metrics  # noqa: E402
 from reflect_addon.core.kernel import record, run_numpy  # noqa: E402
 from reflect_addon.core.methods import billboards, environment  # noqa: E402
