@@ -101,3 +101,7 @@ SECOND_ORDER_RMSE = 0.8
 SECOND_ORDER_MEDIAN = 0.1
 # A flat mirror before a picture with a gradient of 0.1 per metre: texels of 3 cm, half-float colours.
 FLAT_MIRROR = 3e-3
+# core/ground_box.py on a ground that goes on: rmse and median hit error as shares of the environment map's. What is left
+# of the first is the checks' edges, a texel wide in either; of the second the terrain's bumps.
+GROUND_RMSE = 0.25
+GROUND_HIT = 0.01

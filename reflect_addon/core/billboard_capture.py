@@ -134,7 +134,7 @@ def _filled(job: BakeJob, quads: list[Quad], parts: list[_Part], hits: list[Hits
         radiance.reshape(-1, 4)[part.solid] = np.c_[shown, np.ones(len(shown))]
         seen = np.zeros(len(part.solid), bool)
         if quad.shared:
-            seen[part.solid] = ~_covered(job, quad, part.start)
+            seen[part.solid] = ~covered(job, quad, part.start)
         else:
             seen[part.solid] = _faces_any(h.position, h.normal, corners)
         fill_unseen(radiance, seen.reshape(part.size))
@@ -154,7 +154,7 @@ def _faces_any(points: np.ndarray, normals: np.ndarray, corners: np.ndarray) -> 
     return (height > 0).any(1)
 
 
-def _covered(job: BakeJob, quad: Quad, points: np.ndarray) -> np.ndarray:
+def covered(job: BakeJob, quad: Quad, points: np.ndarray) -> np.ndarray:
     """(N,) bool: a point just above a flat quad lies inside another object, that stands on it or sticks through it."""
     out = np.zeros(len(points), bool)
     normal = np.asarray(quad.normal)

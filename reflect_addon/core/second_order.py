@@ -40,15 +40,15 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
 
     nearest(k, asset, ray, start, first, last) -> (distance m, row, u, v): the first of the rows `first` to before `last`
     that the ray meets, distance FAR where it meets none; start: vec3, its origin relative to the asset's centre.
-    backdrop(k, asset, ray, start) -> (radiance, position): what it sees where it meets none.
+    backdrop(k, asset, ray, start) -> (radiance, position, status): what it sees where it meets none.
     asset.options: count, mirrors, and for mirrors > 0 partly (some mirror only in part), relief (nearest says where a flat
     stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
     """
     diffuse, mirrors = asset.options["count"], asset.options["mirrors"]
     start = k.name("start", ray.origin - asset.uniforms["center"])
     if not diffuse + mirrors:  # a scene without other objects has no loop
-        radiance, position = backdrop(k, asset, ray, start)
-        return Hit(radiance, position, 1.0, spaces.STATUS_FELL_BACK)
+        radiance, position, status = backdrop(k, asset, ray, start)
+        return Hit(radiance, position, 1.0, status)
     k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
     first = nearest(k, asset, ray, start, 0, diffuse + mirrors)
     last_ray, last_start, last = ray, start, first
@@ -63,7 +63,7 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
 
     def miss():
         k.cite("popescu-2006 3.1 step 3: if no intersection return EM(r)")
-        return *backdrop(k, asset, last_ray, last_start), spaces.STATUS_FELL_BACK
+        return backdrop(k, asset, last_ray, last_start)
 
     radiance, position, status = k.branch(last[0] < spaces.FAR, texel, miss)
     if mirrors:

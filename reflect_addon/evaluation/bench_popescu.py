@@ -33,10 +33,10 @@ def measure(progress) -> list[dict]:
             progress(0.8 * number / len(QUADS), f"popescu: {quads} squares around a mirror sphere")
             for method in ("environment", "billboards") if quads == QUADS[0] else ("billboards",):
                 names.append((method, quads))
-                works.append(_work(_scene(quads), method, folder / str(quads)))
+                works.append(_work(mirror_scene(quads), method, folder / str(quads)))
         for method in ("environment", "box_proxy"):
             names.append((method, ROOM))
-            works.append(_work(_scene(0, room=True), method, folder / ROOM))
+            works.append(_work(mirror_scene(0, room=True), method, folder / ROOM))
     progress(0.8, "popescu: timing")
     times = time_in_turns(works, TURNS, FRAMES)
     base = names.index(("environment", QUADS[0]))
@@ -73,7 +73,7 @@ def _row(name: str, ours: float, target: float, how: str) -> dict:
     return {"id": name, "paper": None, "ours": float(ours), "target": target, "holds": bool(ours <= target), "how": how}
 
 
-def _scene(quads: int, room: bool = False) -> bpy.types.Scene:
+def mirror_scene(quads: int, room: bool = False) -> bpy.types.Scene:
     """A new file: the sphere, `quads` squares on a ring around it, walls on request, a camera that looks at it."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene

@@ -13,6 +13,7 @@ from types import ModuleType
 
 from .. import surface_radiance
 from ..errors import ReflectError
+from ..spaces import FAR
 from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, sphere_proxy
 
 # In the order in which people meet them: each repairs what the one before leaves out.
@@ -80,5 +81,8 @@ def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]
                 raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give true or false.")
         elif isinstance(known[name], int) and (type(value) is not int or not 1 <= value <= 999999):
             raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a whole number from 1 to 999999.")
+        # NaN fails the comparison. FAR and more is no length.
+        if isinstance(known[name], float) and (type(value) not in (int, float) or not 0 <= value < FAR):
+            raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a number from 0 on.")
         if name in SIDES and (value & (value - 1) or not 4 <= value <= 8192):
             raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a power of two from 4 to 8192.")

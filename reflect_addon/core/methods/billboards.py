@@ -8,6 +8,7 @@ environment map, captured without these objects, where it meets none (3.1, steps
   * What has volume stands through its centroid B, perpendicular to the line from B to the reflector's centroid, seen
     by a camera with a field of view of 10 degrees: one quad for each reflector.
   * What mirrors has texels with normals, for second-order reflections (second_order.py).
+A ground that goes on into the distance is no quad but a box over the environment map (ground_box.py, 3.2).
 Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
 rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
 and nothing in front of an object can stand in its way. The texture's level follows the ray's footprint.
@@ -16,9 +17,11 @@ Limits. A volume is flat once reflected; objects that touch the reflector need d
 reflector (a room) lend their large flat parts only; the rest of them stays in the environment map.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from .. import billboard_kernel, second_order, spaces
+from .. import billboard_kernel, ground_box, ground_fit, ground_map, second_order, spaces
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import pack, table_rows, write_mirror
 from ..billboard_capture import Texels, capture
@@ -35,13 +38,16 @@ from ..job import BakeJob
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
-DEFAULTS = {"resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False}
+DEFAULTS = {
+    "resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False,
+    **ground_fit.DEFAULTS,
+}  # fmt: skip
+
 
 
 def bake(job: BakeJob) -> Asset:
     """Quads for every other object, their texels in one bundle, and the environment without those objects."""
-    quads, hidden = quads_for(job)
-    backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
+    quads, backdrop = with_backdrop(job, NAME)
     captured = capture(job, quads)
     # What is only lit comes first: the tertiary ray looks among these rows alone.
     order = sorted(range(len(quads)), key=lambda i: captured[i].normals is not None)
@@ -61,6 +67,7 @@ def bake(job: BakeJob) -> Asset:
         images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images},
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
         options={
+            **backdrop.options,
             "count": len(quads) - len(mirrors),
             "mirrors": len(mirrors),
             # A volume that moves may get a contour that it had not.
@@ -71,6 +78,20 @@ def bake(job: BakeJob) -> Asset:
         parts=parts_of(job.scene, job.reflector, [(q.instance, kind_of(q, t)) for q, t in zip(quads, captured, strict=True)]),
         light_hash=job.scene.light_hash,
     )
+
+
+def with_backdrop(job: BakeJob, kind: str) -> tuple[list[Quad], Asset]:
+    """(quads of all that the reflector can see, the environment map without it, and the ground that it holds)."""
+    quads, hidden = quads_for(job)
+    ground = ground_fit.find(job, quads, hidden)
+    seen_by = job
+    if ground is not None:
+        quads, hidden = ground_map.in_the_map(job, ground, quads, hidden)
+        seen_by = ground_map.mended(job, ground)
+    backdrop = environment.capture(seen_by, kind, hide=(job.reflector.object_name, *hidden))
+    if ground is None:
+        return quads, replace(backdrop, options={"ground": False})
+    return quads, replace(backdrop, uniforms={**backdrop.uniforms, **ground.uniforms()}, options=ground.options())
 
 
 def kind_of(quad: Quad, texels: Texels) -> str:
@@ -133,11 +154,13 @@ def _is_mirror_room(job: BakeJob, instance: Instance, point: np.ndarray) -> bool
 
 
 def trace(k, asset, ray) -> Hit:
-    """The nearest billboard that the ray meets, by way of a mirror if it is one, else the environment."""
-    return second_order.answer(k, asset, ray, billboard_kernel.nearest, backdrop)
+    """The nearest billboard that the ray meets, by way of a mirror if it is one, else the ground's box or the environment."""
+    return second_order.answer(k, asset, ray, billboard_kernel.nearest, behind)
 
 
-def backdrop(k, asset, ray, start):
-    """(radiance, position) of a ray that meets no stand-in."""
+def behind(k, asset, ray, start):
+    """Kernel: (radiance, position, status) of a ray that meets no stand-in. start: vec3, its origin from the centre."""
+    if asset.options["ground"]:
+        return ground_box.answer(k, asset, ray, start)
     hit = environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
-    return hit.radiance, hit.position
+    return hit.radiance, hit.position, spaces.STATUS_FELL_BACK

@@ -17,6 +17,7 @@ from ..asset import Asset
 from ..kernel import Hit
 from . import environment
 from ..job import BakeJob
+from ..slab import exit_distance
 
 NAME = "box_proxy"
 LABEL = "Box Proxy"
@@ -52,13 +53,7 @@ def trace(k, asset, ray) -> Hit:
     inside = k.name("box_start", k.min(k.max(to_box(start), low), high))
     along = k.name("box_along", to_box(ray.direction))
 
-    def leave(axis: str):
-        d, p = getattr(along, axis), getattr(inside, axis)
-        wall = k.select(d > 0.0, getattr(high, axis), getattr(low, axis))
-        # Parallel to the wall: never leaves through it. 1e-12 keeps FAR / d finite in float32.
-        return k.select(k.abs(d) > 1e-12, (wall - p) / k.select(k.abs(d) > 1e-12, d, 1.0), 2.0 * spaces.FAR)
-
-    distance = k.name("box_exit", k.min(k.min(leave("x"), leave("y")), leave("z")))
+    distance = k.name("box_exit", k.min(*(exit_distance(k, inside, along, low, high, axis) for axis in "xyz")))
     # Seen from the centre: undo the clamping by staying in the box's own axes and turning back.
     in_box = k.name("box_wall", inside + along * distance)
     seen = to_world(in_box)

@@ -30,7 +30,7 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
 from ..remake import parts_of
-from . import billboards, environment
+from . import billboards
 
 NAME = "depth_maps"
 LABEL = "Depth Maps"
@@ -52,11 +52,10 @@ DEFAULTS = {
 def bake(job: BakeJob) -> Asset:
     """Quads for what is flat, depth maps for what is not, and the environment without either."""
     _check(job.settings)
-    quads, hidden = billboards.quads_for(job)
+    quads, backdrop = billboards.with_backdrop(job, NAME)
     flat = [q for q in quads if q.shared]
     volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared))
     stand_ins = [*flat, *views_for(job, volumes)]
-    backdrop = environment.capture(job, NAME, hide=(job.reflector.object_name, *hidden))
     captured = capture(job, stand_ins)
     # What is only lit comes first, quads before maps in each part: the tertiary ray looks among these rows alone.
     order = sorted(range(len(stand_ins)), key=lambda i: (captured[i].normals is not None, i))
@@ -85,6 +84,7 @@ def bake(job: BakeJob) -> Asset:
         images={**backdrop.images, **images},
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
         options={
+            **backdrop.options,
             "count": diffuse,
             "mirrors": len(mirrors),
             "maps": sum(i < diffuse for i in views),
@@ -165,4 +165,4 @@ def nearest(k, asset, ray, start, first: int, last: int, search=None):
 
 def trace(k, asset, ray, search=None) -> Hit:
     """The nearest quad or depth map that the ray meets, by way of a mirror if it is one, else the environment."""
-    return second_order.answer(k, asset, ray, partial(nearest, search=search), billboards.backdrop)
+    return second_order.answer(k, asset, ray, partial(nearest, search=search), billboards.behind)
