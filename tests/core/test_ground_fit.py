@@ -237,7 +237,7 @@ def bake_with_quad(work, quad, hidden):
     """Billboards as they were: a quad of the ground near the reflector, the ground hidden only where the quad is."""
     quads, _ = billboards.quads_for(work)
     quads = [q for q in quads if q.instance != "Ground"] + [quad]
-    images = capture(work, quads)
+    images = [texels.radiance for texels in capture(work, quads)]
     table, placed = billboard_atlas.pack(images)
     backdrop = environment.capture(work, "billboards", hide=("Mirror", *(h for h in hidden if h != "Ground")))
     opaque = [bool(i[..., 3].min() == 1) for i in images]
@@ -245,5 +245,5 @@ def bake_with_quad(work, quad, hidden):
     return replace(
         backdrop, images={**backdrop.images, "billboard_tx": table.astype(np.float16), "billboard_buf": rows},
         uniforms={**backdrop.uniforms, "billboard_scale": 1.0},
-        options={"count": len(quads), "contours": not all(opaque), "ground": False},
+        options={"count": len(quads), "mirrors": 0, "contours": not all(opaque), "ground": False},
     )  # fmt: skip
