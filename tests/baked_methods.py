@@ -82,13 +82,18 @@ def same_answer(found, wanted, origin, radiance: float, distance: float) -> np.n
 
 
 def is_on_the_brink(program, asset, rays, width, spread, found, rng, step: float, radiance: float, distance: float) -> np.ndarray:
-    """(N,) bool: the answer is the one of a ray that starts `step` m and turns `step` rad away, at most."""
+    """(N,) bool: the answer is the one of a ray that starts `step` m and turns `step` rad away, at most; or the ray is so
+    ill-conditioned (a search that starts beside a root) that moves by a tenth of that scatter its hit further than that."""
     explained = np.zeros(len(rays), bool)
-    for _ in range(64):
+    still = run_numpy(program, asset, rays, width, spread).position.astype(np.float64)
+    scatter = np.zeros(len(rays))
+    for size in (*[step] * 64, *[step / 10] * 16):
         moved = Rays(
-            (rays.origin + rng.uniform(-step, step, rays.origin.shape)).astype("f"),
-            (rays.direction + rng.uniform(-step, step, rays.direction.shape)).astype("f"),
+            (rays.origin + rng.uniform(-size, size, rays.origin.shape)).astype("f"),
+            (rays.direction + rng.uniform(-size, size, rays.direction.shape)).astype("f"),
         )
         again = run_numpy(program, asset, moved, width, spread)
         explained |= same_answer(found, again, rays.origin, 3 * radiance, 3 * distance)  # the move itself is smooth
-    return explained
+        if size < step:
+            scatter = np.maximum(scatter, np.linalg.norm(again.position - still, axis=1))
+    return explained | (np.linalg.norm(found.position - still, axis=1) <= scatter)

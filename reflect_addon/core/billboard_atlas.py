@@ -152,7 +152,8 @@ def moved_row(row: np.ndarray, world_from_world: np.ndarray, center) -> np.ndarr
         out[ROW[name], :3] = turn @ axes[name] / scale
         out[ROW[name], 3] = -middle @ out[ROW[name], :3]
     out[ROW["detail"], 1] /= scale
-    out[ROW["eye"], :3] = world_from_world[:3, :3] @ (row[ROW["eye"], :3] + center) + world_from_world[:3, 3] - center
+    if row[ROW["eye"], 3]:
+        out[ROW["eye"], :3] = world_from_world[:3, :3] @ (row[ROW["eye"], :3] + center) + world_from_world[:3, 3] - center
     out[ROW["eye"], 3] /= scale
     return out.astype(np.float32)
 

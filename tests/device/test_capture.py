@@ -94,7 +94,7 @@ def test_a_volume_is_captured_as_it_is_traced(gpu_capture, rng, name):
     settings = {"texels": 64, "samples": 1}
     work = job(scene, settings, paint=PAINT)
     quad = volume_quad(scene, scene.instances[1], work.center())
-    traced = traced_capture(work, [quad])[0]
+    traced = traced_capture(work, [quad])[0].radiance
     height, width = traced.shape[:2]
     points = scene.world_positions(scene.instances[1])
     found, _, _ = gpu_capture(scene, ["Thing"], quad_camera(quad, width, height, points))
@@ -127,7 +127,7 @@ def test_flat_quads_are_captured_along_their_normal(gpu_capture, rng):
     quads, whole = flat_quads(scene, scene.instances[1])
     assert whole and len(quads) == 2
     for quad in quads:
-        traced = traced_capture(job(scene, {"texels": 32, "samples": 1}, paint=PAINT), [quad])[0]
+        traced = traced_capture(job(scene, {"texels": 32, "samples": 1}, paint=PAINT), [quad])[0].radiance
         height, width = traced.shape[:2]
         camera = quad_camera(quad, width, height, scene.world_positions(scene.instances[1]))
         assert camera.is_orthographic
