@@ -7,11 +7,13 @@ from pathlib import Path
 
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
-from . import bench_popescu
+from . import bench_depth, bench_ground, bench_popescu, bench_srdm
 
 FORMAT = 1
-# paper -> measure(progress) -> list of Target. A paper whose methods do not exist yet has no entry.
-PAPERS: dict[str, Callable] = {"popescu": bench_popescu.measure}
+# paper -> what measures its targets, each measure(progress) -> rows. A paper whose methods do not exist yet has no entry.
+PAPERS: dict[str, tuple[Callable, ...]] = {
+    "popescu": (bench_popescu.measure, bench_ground.measure, bench_srdm.measure, bench_depth.measure)
+}
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,14 @@ def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> Pa
             f"No target of {missing[0]} can be measured yet: its methods do not exist in this version.",
             f"Measure one of: {', '.join(PAPERS)}, all.",
         )
-    rows = [Target(**row) for name in chosen for row in PAPERS[name](progress)]
+    parts = [measure for name in chosen for measure in PAPERS[name]]
+    rows = []
+    for number, measure in enumerate(parts):
+
+        def tell(share: float, what: str, number=number):
+            return progress((number + share) / len(parts), what)
+
+        rows += [Target(**row) for row in measure(tell)]
     path = Path(out) / "targets.json"
     data = {"format": FORMAT, "rows": [asdict(row) for row in rows]}
     write_whole(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())

@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ..core.methods import billboards, environment
+from ..core.processes import temporary_folder
 from ..scene.bake import bake_assets, load_assets
 from ..scene.camera import camera_of
 from ..scene.raytrace import trace
@@ -21,6 +22,20 @@ from .frame import open_frame
 SIZE = (256, 256)
 TURNS, FRAMES = 15, 4
 TARGET = 0.6
+
+
+def measure(progress) -> list[dict]:
+    """Rows for targets.json."""
+    progress(0.0, "popescu: the ground's box against five quads")
+    with temporary_folder("reflect-bench-") as folder:
+        found = cost(folder)
+    size = f"{SIZE[0]}x{SIZE[1]}, median of {TURNS} turns"
+    return [
+        {"id": "P20", "paper": TARGET, "ours": found["net"], "target": TARGET, "holds": found["net"] <= TARGET,
+         "how": f"What the box adds to environment mapping over what the five quads add, same picture, {size}."},
+        {"id": "P20-frame", "paper": None, "ours": found["frame"], "target": TARGET, "holds": found["frame"] <= TARGET,
+         "how": f"Whole frame with the box over whole frame with five quads, {size}."},
+    ]  # fmt: skip
 
 
 def cost(folder: Path) -> dict[str, float]:

@@ -161,10 +161,13 @@ def test_a_picture_of_one_pixel_and_frames_out_of_range(reflect, good, tmp_path)
             assert result.status == 2 and "1048574" in result.err and not (tmp_path / "new").exists()
 
 
+KNOWN = {name for method in registry.all_methods() for name in method.DEFAULTS} | set(SURFACES)
+
+
 @pytest.mark.parametrize(
     "setting, says",
     [
-        ("texel=16", ("no setting 'texel'", f"There are: {', '.join(sorted({**registry.get('billboards').DEFAULTS, **SURFACES}))}.")),
+        ("texel=16", ("no setting 'texel'", f"There are: {', '.join(sorted(KNOWN))}.")),
         ("texels=17", ("texels cannot be 17", "power of two")),
         ("texels=-16", ("texels cannot be -16", "whole number")),
         ("samples=0", ("samples cannot be 0", "whole number")),

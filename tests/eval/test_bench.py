@@ -10,7 +10,7 @@ from reflect_addon.evaluation import bench
 
 def test_schema(tmp_path, monkeypatch):
     row = {"id": "P0", "paper": None, "ours": 1.0, "target": 2.0, "holds": True, "how": "By hand."}
-    monkeypatch.setattr(bench, "PAPERS", {"popescu": lambda progress: [row]})
+    monkeypatch.setattr(bench, "PAPERS", {"popescu": (lambda progress: [row],)})
     data = json.loads(bench.bench("all", tmp_path, print).read_text())
     assert data == {"format": 1, "rows": [row]}
 
