@@ -17,7 +17,9 @@ SIZE, CYCLES_SAMPLES = "240x180", 32
 # Below the methods' defaults, which take several times as long to bake.
 BAKE = ("--resolution", "128", "--set", "samples=8")
 # 34 mirrors, most of them a few pixels wide: a quarter of the rays, or it would take longer than all the others together.
-BAKE_OF = {ROOT / "sample_blends" / "kitchen.blend": ("--resolution", "64", "--set", "samples=8", "--set", "texels=64")}
+BAKE_OF = {ROOT / "sample_blends" / "kitchen.blend": (
+    "--resolution", "64", *(w for s in ("samples=8", "texels=64", "maps=1", "turns=18") for w in ("--set", s))
+)}  # fmt: skip
 
 
 def reflect(*arguments):
