@@ -98,9 +98,9 @@ def _block(image: np.ndarray) -> np.ndarray:
     return block
 
 
-def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], center, count: int = 0) -> np.ndarray:
-    """(max(count, quads, 1), len(ROW), 4) float32 table. center: (3,) world, m, what rows are relative to."""
-    rows = np.zeros((max(len(quads), count, 1), len(ROW), 4), np.float32)
+def table_rows(quads: list[Quad], placed: list[Placed], opaque: list[bool], center) -> np.ndarray:
+    """(max(quads, 1), len(ROW), 4) float32 table. center: (3,) world, m, what rows are relative to."""
+    rows = np.zeros((max(len(quads), 1), len(ROW), 4), np.float32)
     for i, (quad, where, full) in enumerate(zip(quads, placed, opaque, strict=True)):
         rows[i] = table_row(quad, where, full, center)
     return rows

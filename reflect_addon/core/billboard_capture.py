@@ -35,9 +35,12 @@ class Texels:
     # (h, w, 4) float32 relief of a mirror: world unit normal * share that mirrors, height above the plane in half widths,
     # all times alpha; None: nothing of it mirrors
     normals: np.ndarray | None = None
+    distance: np.ndarray | None = None  # (h, w) float64, m along the capture's rays, inf: nothing; None after `coarser`
 
     def coarser(self, size: tuple[int, int]) -> "Texels":
         """Means over blocks, at most `size` (height, width)."""
+        if self.radiance.shape[:2] == tuple(size):
+            return self
         return Texels(_coarser(self.radiance, size), None if self.normals is None else _coarser(self.normals, size))
 
 
@@ -138,7 +141,7 @@ def _filled(job: BakeJob, quads: list[Quad], parts: list[_Part], hits: list[Hits
         else:
             seen[part.solid] = _faces_any(h.position, h.normal, corners)
         fill_unseen(radiance, seen.reshape(part.size))
-        out.append(Texels(radiance, normals))
+        out.append(Texels(radiance, normals, part.distance.reshape(part.size)))
     return out
 
 

@@ -25,7 +25,9 @@ from .remake import REFLECTOR, is_rigid, motion, part_of, remake_set, same_trian
 from .snapshot import Instance, SceneSnapshot, corners_of
 from .surface_asset import SurfaceMesh
 
-KINDS = ("flat", "volume", "mirror", "map")
+KINDS = ("flat", "volume", "mirror", "map", "mirror_map")
+MAPS = {"map", "mirror_map"}
+BAKED = {"mirror", *MAPS}  # what no capture makes again
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
     for name, group in groupby(sorted(remade, key=lambda p: (p.instance, p.row)), key=lambda p: p.instance):
         mine, instance = list(group), named[name]
         surface = _surface_on(surfaces.get(name), scene, instance, mine[0])
-        if surface is None or own.instance not in named or mine[0].kind in {"mirror", "map"}:
+        if surface is None or own.instance not in named or mine[0].kind in BAKED:
             stale.add(name)
             continue
         stale.discard(name)
@@ -112,12 +114,13 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
             points = _world(surface, instance)
             shots.append(Shot(surface, instance, quad_camera(quad, placed.width, placed.height, points), placed))
     table = rows.copy()
-    mirrors = [p for p in changes.remade if p.kind == "mirror" and np.linalg.det(p.matrix()) and is_rigid(motion(p, named[p.instance]))]
+    mirrors = [p for p in changes.remade if p.kind in {"mirror", "mirror_map"} and np.linalg.det(p.matrix())]
+    mirrors = [p for p in mirrors if is_rigid(motion(p, named[p.instance]))]
     for part in (*changes.moved, *mirrors):
-        move = moved_map_row if part.kind == "map" else moved_row
+        move = moved_map_row if part.kind in MAPS else moved_row
         table[part.row] = move(rows[part.row], motion(part, named[part.instance]), asset.uniforms["center"])
     for part in changes.gone:
-        hide = hidden_map_row if part.kind == "map" else hidden_row
+        hide = hidden_map_row if part.kind in MAPS else hidden_row
         table[part.row] = hide(rows[part.row])
     source = "capture" if shots else asset.source
     after = replace(

@@ -32,6 +32,8 @@ def views_for(job: BakeJob, volumes: tuple[str, ...]) -> list[DepthView]:
     """The views of every volume (names of instances), and of the reflector where its own rays meet it."""
     by_name = {i.name: i for i in job.scene.instances}
     lamps = {i.name: i for i in job.scene.lamps}
+    if not volumes and not job.settings["self_reflections"]:
+        return []
     rays, hits = reflected(job)
     views: list[DepthView] = []
     for name in volumes:

@@ -6,9 +6,7 @@ import numpy as np
 
 from .billboard_fit import FINEST, LEAST_TEXELS
 from .depth_camera import DepthCamera
-from .job import BakeJob
 from .rays import Rays
-from .snapshot import Instance
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +40,9 @@ class DepthView:
     def rays(self, texels: int) -> Rays:
         return self.camera.rays(texels)[0]
 
-    def depth(self, job: BakeJob, instance: Instance, texels: int) -> np.ndarray:
-        """(texels, texels) float32 q of the instance's nearest surface, NaN where it is not."""
-        rays, z_of = self.camera.rays(texels)
-        z = job.intersect(instance, rays) * z_of
+    def depth(self, distance: np.ndarray) -> np.ndarray:
+        """(w, w) float32 q from distances (w * w,) or (w, w) along rays(w), inf = nothing: NaN there."""
+        w = int(np.sqrt(distance.size))
+        z = distance.ravel() * self.camera.rays(w)[1]
         q = np.where(np.isfinite(z), self.camera.normalised(np.where(np.isfinite(z), z, 1.0)), np.nan)
-        return np.clip(q, 0.0, 1.0).astype(np.float32).reshape(texels, texels)
+        return np.clip(q, 0.0, 1.0).astype(np.float32).reshape(w, w)

@@ -18,6 +18,7 @@ from .ground_box import Ground
 from .ground_fit import without
 from .job import BakeJob
 from .rays import Hits, Rays
+from .reflected_samples import points_on
 
 # A quad is worth its memory and its step of the loop where texels look this many times narrower, in the mean.
 WORTH = 1.5
@@ -70,7 +71,11 @@ def finer_quad(job: BakeJob, ground: Ground, resolution: int) -> Quad | None:
     the ground as large as its solid angle says, and neither counts as finer than FINEST."""
     if len(ground.members) != 1:
         return None  # the world's picture has no surface to trace, and a ground of many pieces would need many quads
-    start, direction = _reflected(job)
+    rng = np.random.default_rng(11)
+    start, _, _, normal = points_on(job, SAMPLES, rng)
+    direction = rng.normal(size=start.shape)
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    direction *= np.where(np.einsum("nx,nx->n", direction, normal) < 0, -1.0, 1.0)[:, None]
     start, along = ground.local(start), direction @ ground.axes.T
     with np.errstate(divide="ignore", invalid="ignore"):
         travelled = (ground.low[2] - start[:, 2]) / along[:, 2]
@@ -103,19 +108,3 @@ def square(ground: Ground, half: float) -> Quad:
     u, v, normal = (tuple(map(float, axis)) for axis in ground.axes)
     name = ground.members[0] if ground.members else ""
     return Quad(name, tuple(map(float, at)), u, v, normal, half, half, None, above, 2 * above, True)
-
-
-def _reflected(job: BakeJob) -> tuple[np.ndarray, np.ndarray]:
-    """((N, 3) points, (N, 3) directions): over the reflector's surface by area, over the half of directions it faces."""
-    rng = np.random.default_rng(11)
-    corners = job.scene.world_positions(job.reflector)[job.scene.meshes[job.reflector.mesh].triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(cross, axis=-1)
-    if not area.sum() > 0:
-        return np.zeros((0, 3)), np.zeros((0, 3))
-    chosen = rng.choice(len(area), SAMPLES, p=area / area.sum())
-    weights = rng.dirichlet(np.ones(3), SAMPLES)
-    direction = rng.normal(size=(SAMPLES, 3))
-    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-    facing = (direction * cross[chosen]).sum(1, keepdims=True)
-    return np.einsum("nc,ncx->nx", weights, corners[chosen]), np.where(facing < 0, -direction, direction)

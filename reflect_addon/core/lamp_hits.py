@@ -29,13 +29,23 @@ def with_lamps(
         if lamp.object_name in hide or not lamp.visible_glossy:
             continue
         shining = _shining(scene, lamp)
-        distance = intersect(lamp, rays)
+        distance = np.full(len(rays), np.inf)
+        may = _pass(scene, lamp, rays)
+        distance[may] = intersect(lamp, Rays(rays.origin[may], rays.direction[may]))
         met = (distance < nearest) & (rays.direction @ shining <= 0.0)
         at = rays.origin.astype(np.float64) + rays.direction * np.where(met, distance, 0.0)[:, None]
         nearest[met], position[met], normal[met], hit[met] = distance[met], at[met], shining, True
         of[met] = len(names)
         names.append(lamp.object_name)
     return replace(hits, position=position, normal=normal, hit=hit, object=of, object_names=tuple(names))
+
+
+def _pass(scene: SceneSnapshot, lamp: Instance, rays: Rays) -> np.ndarray:
+    """(N,) bool: rays whose line passes a sphere around the lamp; the others, nearly all, need no search."""
+    low, high = scene.bounds([lamp])
+    to = (low + high) / 2 - rays.origin
+    beside = to - rays.direction * np.einsum("nx,nx->n", to, rays.direction)[:, None]
+    return np.linalg.norm(beside, axis=-1) <= 0.501 * np.linalg.norm(high - low)
 
 
 def _shining(scene: SceneSnapshot, lamp: Instance) -> np.ndarray:

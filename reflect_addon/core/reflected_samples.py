@@ -39,16 +39,9 @@ def sample_rays(job: BakeJob, count: int, seed: int) -> tuple[Rays, np.ndarray]:
     """(rays from points spread evenly over the reflector's surface, (N, 3) float32 directions towards their viewers)."""
     rng = np.random.default_rng(seed)
     mesh = job.scene.meshes[job.reflector.mesh]
-    corners = job.scene.world_positions(job.reflector)[mesh.triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(cross, axis=-1)
-    total = area.sum()
-    if not total > 0:
+    point, triangle, share, cross = points_on(job, count, rng)
+    if not len(point):
         return Rays(*np.zeros((2, 0, 3), np.float32)), np.zeros((0, 3), np.float32)
-    triangle = np.minimum(np.searchsorted(np.cumsum(area) / total, rng.random(count)), len(area) - 1)
-    a, b = np.sort(rng.random((2, count)), axis=0)
-    share = np.stack([a, b - a, 1 - b], -1)
-    point = np.einsum("nc,ncx->nx", share, corners[triangle])
     normal_from_object = np.linalg.inv(job.reflector.world_from_object[:3, :3]).T
     normal = np.einsum("nc,ncx->nx", share, mesh.corner_normals[triangle].astype(np.float64)) @ normal_from_object.T
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-30)
@@ -56,7 +49,7 @@ def sample_rays(job: BakeJob, count: int, seed: int) -> tuple[Rays, np.ndarray]:
     sphere /= np.linalg.norm(sphere, axis=-1, keepdims=True)
     direction = normal + 0.999 * sphere
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-    flat = cross[triangle] / area[triangle, None]
+    flat = cross / np.linalg.norm(cross, axis=-1, keepdims=True)
     flat *= np.sign(np.einsum("nx,nx->n", flat, normal))[:, None]
     # A shading normal may send a ray below its own triangle: there it is lifted, as the ray map lifts it.
     below = np.minimum(np.einsum("nx,nx->n", direction, flat) - 1e-3, 0)
@@ -65,3 +58,18 @@ def sample_rays(job: BakeJob, count: int, seed: int) -> tuple[Rays, np.ndarray]:
     point += flat * LIFT * job.scene.diagonal()
     towards = 2 * np.einsum("nx,nx->n", direction, normal)[:, None] * normal - direction
     return Rays(point.astype(np.float32), direction.astype(np.float32)), towards.astype(np.float32)
+
+
+def points_on(job: BakeJob, count: int, rng) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(world points (N, 3), their triangles (N,), barycentric shares (N, 3), the triangles' normals (N, 3), not unit), spread
+    evenly over the reflector's surface; none where it has no area."""
+    corners = job.scene.world_positions(job.reflector)[job.scene.meshes[job.reflector.mesh].triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=-1)
+    total = area.sum()
+    if not total > 0:
+        return np.zeros((0, 3)), np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3))
+    triangle = np.minimum(np.searchsorted(np.cumsum(area) / total, rng.random(count)), len(area) - 1)
+    a, b = np.sort(rng.random((2, count)), axis=0)
+    share = np.stack([a, b - a, 1 - b], -1)
+    return np.einsum("nc,ncx->nx", share, corners[triangle]), triangle, share, cross[triangle]

@@ -44,6 +44,8 @@ RULES = {
     "mirror": Rule(object_moves="remake", reflector_moves="remake", reflector_deforms="remake"),
     # Depth maps stand beside their object; a reflector's map of itself is a map whose object is the reflector.
     "map": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
+    # A depth map with normals, which are the world's: they do not turn with it, so only a bake can.
+    "mirror_map": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
     # Surface radiance lies on the object itself.
     "surface": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
 }

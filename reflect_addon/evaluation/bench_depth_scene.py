@@ -65,7 +65,7 @@ class Bench:
         """The method's asset of the mirror; settings over BAKE."""
         key = (method.NAME, *sorted(settings.items()))
         if key not in self._assets:
-            job = BakeJob(self.snapshot, self.reflector, self._trace, self.intersect, {**BAKE, **settings})
+            job = BakeJob(self.snapshot, self.reflector, self._trace, self.intersect, {**method.DEFAULTS, **BAKE, **settings})
             self._assets[key] = method.bake(job)
         return self._assets[key]
 

@@ -17,6 +17,7 @@ from ..scene.bake import bake_assets, load_assets
 from ..scene.camera import camera_of
 from ..scene.raytrace import trace
 from . import bench_popescu, ground_quads
+from .bench_row import row
 from .frame import open_frame
 
 SIZE = (256, 256)
@@ -30,12 +31,12 @@ def measure(progress) -> list[dict]:
     with temporary_folder("reflect-bench-") as folder:
         found = cost(folder)
     size = f"{SIZE[0]}x{SIZE[1]}, median of {TURNS} turns"
+    net, frame = found["net"], found["frame"]
+    how = "What the box adds to environment mapping over what the five quads add, same picture"
     return [
-        {"id": "P20", "paper": TARGET, "ours": found["net"], "target": TARGET, "holds": found["net"] <= TARGET,
-         "how": f"What the box adds to environment mapping over what the five quads add, same picture, {size}."},
-        {"id": "P20-frame", "paper": None, "ours": found["frame"], "target": TARGET, "holds": found["frame"] <= TARGET,
-         "how": f"Whole frame with the box over whole frame with five quads, {size}."},
-    ]  # fmt: skip
+        row("P20", net, TARGET, net <= TARGET, f"{how}, {size}.", paper=TARGET),
+        row("P20-frame", frame, TARGET, frame <= TARGET, f"Whole frame with the box over whole frame with five quads, {size}."),
+    ]
 
 
 def cost(folder: Path) -> dict[str, float]:

@@ -13,6 +13,7 @@ from ..core.processes import temporary_folder
 from ..scene.bake import bake_assets, load_assets
 from ..scene.camera import camera_of
 from ..scene.raytrace import trace
+from .bench_row import row
 from .frame import open_frame
 
 QUADS = (5, 10, 20, 40)
@@ -49,12 +50,13 @@ def measure(progress) -> list[dict]:
     size = f"{SIZE[0]}x{SIZE[1]}"
     progress(1.0, "popescu: done")
     return [
-        _row("I2-box", box, 1.1, f"Time of box_proxy over environment, mirror sphere in a room, {size}, median of {TURNS} turns."),
-        _row("I2-billboards", five, 1.6, f"Time of billboards with {QUADS[0]} squares over environment, same frame."),
-        _row(
+        row("I2-box", box, 1.1, box <= 1.1, f"Time of box_proxy over environment, mirror sphere in a room, {size}, median of {TURNS} turns."),
+        row("I2-billboards", five, 1.6, five <= 1.6, f"Time of billboards with {QUADS[0]} squares over environment, same frame."),
+        row(
             "I2-linear",
             bend,
             STRAIGHT,
+            bend <= STRAIGHT,
             f"Largest departure from a line of the time over {', '.join(map(str, QUADS))} squares, share of the largest time.",
         ),
     ]
@@ -67,10 +69,6 @@ def _work(scene: bpy.types.Scene, method: str, folder: Path):
     with open_frame(scene, None) as snapshot:
         bake_assets(snapshot, (method,), folder, settings=BAKE, tracer=partial(trace, scene=scene))
         return Renderer(snapshot, load_assets(snapshot, method, folder)).work(camera_of(scene, scene.camera, *SIZE))
-
-
-def _row(name: str, ours: float, target: float, how: str) -> dict:
-    return {"id": name, "paper": None, "ours": float(ours), "target": target, "holds": bool(ours <= target), "how": how}
 
 
 def mirror_scene(quads: int, room: bool = False) -> bpy.types.Scene:

@@ -12,6 +12,7 @@ from time import perf_counter
 import numpy as np
 
 from ..core import srdm, srdm_greedy
+from .bench_row import row
 
 W, N, M = 256, 60, 8
 POINTS = (8, 16, 32, 64)
@@ -99,7 +100,7 @@ def _equal(depth: np.ndarray) -> dict:
     cases = [(depth, N, m) for m in POINTS] + [(holes, 6, m) for m in POINTS]
     differ = [int((build(*case).view(np.uint32) != reference(*case).view(np.uint32)).sum()) for case in cases]
     how = f"Words of the device's tables that differ from NumPy's: a figure, n = {N}, and holes, n = 6, m = {_list(POINTS)}."
-    return _row("I3-compute-equal", sum(differ), 0, sum(differ) == 0, how)
+    return row("I3-compute-equal", sum(differ), 0, sum(differ) == 0, how)
 
 
 def _bytes() -> dict:
@@ -109,7 +110,7 @@ def _bytes() -> dict:
     width, height = Builder(W, N, M, Counts()).size
     kib = width * height * 16 / 1024
     how = f"KiB of the texture of a {W}x{W} map, n = {N}, m = {M}: {width}x{height} texels of four floats."
-    return _row("P13", kib, 960.0, kib == 960, how, paper=960.0)
+    return row("P13", kib, 960.0, kib == 960, how, paper=960.0)
 
 
 def _half(depth: np.ndarray) -> dict:
@@ -120,7 +121,7 @@ def _half(depth: np.ndarray) -> dict:
     worst = float(off[..., 1::2].max())
     u = "exact" if exact else "not exact"
     how = f"Largest error of q in half floats, of the hither-yon range; {half.nbytes / 1024:g} KiB; u is {u}."
-    return _row("I3-half", worst, 2.0**-12, exact and worst <= 2.0**-12, how)
+    return row("I3-half", worst, 2.0**-12, exact and worst <= 2.0**-12, how)
 
 
 def _speed(depth: np.ndarray) -> list[dict]:
@@ -134,14 +135,14 @@ def _speed(depth: np.ndarray) -> list[dict]:
     what = f"{W}x{W}, n = {N}, median of {TURNS} turns"
     device, numpy = (_list(f"{times.median(2 * i + at):.0f}" for i in range(len(POINTS))) for at in (0, 1))
     return [
-        _row(
+        row(
             "I3-compute",
             faster,
             FASTER,
             min(faster) >= FASTER,
             f"NumPy's time over the device's, m = {_list(POINTS)}, upload and read-back counted, {what}: {device} against {numpy} ms.",
         ),
-        _row(
+        row(
             "P11",
             growth,
             GROWTH,
@@ -158,7 +159,7 @@ def _linear(depth: np.ndarray) -> dict:
     slope, start = np.polyfit(ANGLES, series, 1, w=1 / series)
     bend = float(np.abs(series / (start + slope * np.array(ANGLES)) - 1).max())
     how = f"Largest relative departure from a line of the time over n = {_list(ANGLES)}, m = {M}, median of {ANGLE_TURNS} turns."
-    return _row("P12", bend, STRAIGHT, bend <= STRAIGHT, how)
+    return row("P12", bend, STRAIGHT, bend <= STRAIGHT, how)
 
 
 def _card(depth: np.ndarray) -> dict:
@@ -177,7 +178,7 @@ def _card(depth: np.ndarray) -> dict:
             f"{work['steps'] / 1e6:.2f} M steps of {WARP} rows in step. Assumed: {INSTRUCTIONS} instructions a step, "
             f"{SCHEDULERS} schedulers at {CLOCK / 1e9:g} GHz, and {LATENCY} clocks for every read of a group, one after the other."
         )
-    return _row("I3-compute-card", ms, REDRAW, ms <= REDRAW, how)
+    return row("I3-compute-card", ms, REDRAW, ms <= REDRAW, how)
 
 
 def _remake(depth: np.ndarray, n: int) -> Callable[[], object]:
@@ -212,8 +213,3 @@ def _in_turns(works: Sequence[Callable[[], object]], turns: int):
 
 def _list(values) -> str:
     return ", ".join(str(value) for value in values)
-
-
-def _row(name: str, ours, target: float, holds: bool, how: str, paper: float | None = None) -> dict:
-    numbers = [float(v) for v in ours] if isinstance(ours, list) else float(ours)
-    return {"id": name, "paper": paper, "ours": numbers, "target": float(target), "holds": bool(holds), "how": how}

@@ -285,3 +285,21 @@ def test_a_rigid_motion_only_moves_the_row(sphere_scene, rng):
     step = billboard_follow.follow(billboard_follow.start(asset, before), gone, {})
     hidden = replace(asset, images={**asset.images, "billboard_buf": step.table})
     assert not (answer(hidden, rays).status == spaces.STATUS_HIT).any()
+
+
+def test_maps_with_normals_that_turn_are_named_stale():
+    """Normals are the world's: the row goes along, and whoever looks is told."""
+    scene = snapshot(trimesh.creation.torus(1.0, 0.3), Far=ball(0.2, (9, 0, 0), 1))
+    asset = baked(scene, maps=2)
+    assert {p.kind for p in asset.parts} == {"reflector", "map", "mirror_map"}
+    turn = trimesh.transformations.rotation_matrix(0.5, [1, 0, 0])
+    turned = replace(scene.instances[0], world_from_object=turn @ scene.instances[0].world_from_object)
+    step = billboard_follow.follow(billboard_follow.start(asset, scene), replace(scene, instances=(turned, scene.instances[1])), {})
+    assert step.state.stale == {"Mirror"} and not step.shots
+    own = [p.row for p in asset.parts if p.kind == "mirror_map"]
+    assert not np.allclose(step.table[own], asset.images["billboard_buf"][own])
+
+
+def test_a_third_row_is_refused(sphere_scene):
+    with pytest.raises(ReflectError, match="rows"):
+        baked(sphere_scene, rows=3)

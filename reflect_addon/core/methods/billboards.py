@@ -54,12 +54,14 @@ def bake(job: BakeJob) -> Asset:
     quads, captured = [quads[i] for i in order], [captured[i] for i in order]
     images = [texels.radiance for texels in captured]
     atlas, placed = pack(images)
-    atlas[..., :3], scale = _scaled(atlas[..., :3])
+    half, scale = half_with_scale(atlas[..., :3])
+    atlas[..., :3] = half
     opaque = [bool(image[..., 3].min() == 1.0) for image in images]
     mirrors, normal_images, options = mirror_rows(job, quads, captured)
     center = backdrop.uniforms["center"]
     rows = table_rows(quads, placed, opaque, center)
-    for row, quad, (material, where) in zip(rows[::-1], quads[::-1], mirrors[::-1], strict=False):
+    diffuse = len(quads) - len(mirrors)
+    for row, quad, (material, where) in zip(rows[diffuse:], quads[diffuse:], mirrors, strict=False):
         write_mirror(row, material, where, quad, center)
     return Asset(
         kind=NAME,
@@ -68,7 +70,7 @@ def bake(job: BakeJob) -> Asset:
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
         options={
             **backdrop.options,
-            "count": len(quads) - len(mirrors),
+            "count": diffuse,
             "mirrors": len(mirrors),
             # A volume that moves may get a contour that it had not.
             "contours": not all(q.shared and o for q, o in zip(quads, opaque, strict=True)),
@@ -99,11 +101,6 @@ def kind_of(quad: Quad, texels: Texels) -> str:
     if texels.normals is not None:
         return "mirror"
     return "flat" if quad.shared else "volume"
-
-
-def _scaled(radiance: np.ndarray) -> tuple[np.ndarray, float]:
-    half, scale = half_with_scale(radiance)
-    return half.astype(np.float32), scale
 
 
 def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:

@@ -42,7 +42,7 @@ DEFAULTS = {
     "self_reflections": True,  # maps of the reflector itself, where its rays meet it
     "turns": 60,  # n of the paper: 3 degrees
     "points": 16,  # m of the paper
-    "rows": 1,  # 2: the two best rows, blended
+    "rows": 1,  # 2: the two best rows say where the projection's own row is looked up
     "optimal": False,  # optimal poly-lines instead of greedy ones
     "half": False,  # points as half floats
     "refine": True,  # from the poly-line to the map itself
@@ -60,15 +60,15 @@ def bake(job: BakeJob) -> Asset:
     # What is only lit comes first, quads before maps in each part: the tertiary ray looks among these rows alone.
     order = sorted(range(len(stand_ins)), key=lambda i: (captured[i].normals is not None, i))
     stand_ins, captured = [stand_ins[i] for i in order], [captured[i] for i in order]
-    views = [i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)]
+    views = {i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)}
     opaque = [bool(t.radiance[..., 3].min() == 1.0) for t in captured]
-    captured = [_continued(t) if i in set(views) else t for i, t in enumerate(captured)]
+    captured = [_continued(t) if i in views else t for i, t in enumerate(captured)]
     atlas, placed = pack([t.radiance for t in captured])
     half, scale = half_with_scale(atlas[..., :3])
     atlas[..., :3] = half
     center = np.asarray(backdrop.uniforms["center"])
     rows = np.zeros((max(len(stand_ins), 1), len(ROW), 4), np.float32)
-    depth_images = _write_maps(job, rows, stand_ins, placed, center) if views else {}
+    depth_images = _write_maps(job, rows, stand_ins, captured, placed, center) if views else {}
     for i, stand_in in enumerate(stand_ins):
         if i not in views:
             rows[i] = table_row(stand_in, placed[i], opaque[i], center)
@@ -77,7 +77,7 @@ def bake(job: BakeJob) -> Asset:
     for row, (material, where) in zip(rows[diffuse:], mirrors, strict=False):
         write_mirror(row, material, where, None, center)
     images = {"billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images}
-    kinds = ["map" if i in views else billboards.kind_of(s, captured[i]) for i, s in enumerate(stand_ins)]
+    kinds = [_map_kind(captured[i]) if i in views else billboards.kind_of(s, captured[i]) for i, s in enumerate(stand_ins)]
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
@@ -103,26 +103,30 @@ def bake(job: BakeJob) -> Asset:
     )
 
 
+def _map_kind(texels: Texels) -> str:
+    """remake.py's word for a depth map."""
+    return "map" if texels.normals is None else "mirror_map"
+
+
 def _continued(texels: Texels) -> Texels:
     """Colours and normals beyond the outline."""
     normals = texels.normals
     if normals is not None:
         solid = np.concatenate([normals[..., :3], texels.radiance[..., 3:]], -1)
         normals = np.concatenate([continued(solid)[..., :3], np.zeros_like(solid[..., 3:])], -1)
-    return Texels(continued(texels.radiance), normals)
+    return Texels(continued(texels.radiance), normals, texels.distance)
 
 
-def _write_maps(job: BakeJob, rows: np.ndarray, stand_ins: list, placed: list, center: np.ndarray) -> dict[str, np.ndarray]:
+def _write_maps(job, rows: np.ndarray, stand_ins: list, captured: list[Texels], placed: list, center) -> dict[str, np.ndarray]:
     """Fills the rows of the depth maps; returns the images that they look their depths up in."""
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
     tables, depths, spheres = [], [], []
     maps = [i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)]
     for i in maps:
-        instance = by_name[stand_ins[i].instance]
-        depth = stand_ins[i].depth(job, instance, placed[i].width)
+        depth = stand_ins[i].depth(captured[i].distance)
         tables.append(_table(job, depth))
         depths.append(corners_of(depth))
-        vertices = job.scene.world_positions(instance)
+        vertices = job.scene.world_positions(by_name[stand_ins[i].instance])
         middle = (vertices.min(0) + vertices.max(0)) / 2
         spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
     image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
@@ -138,6 +142,8 @@ def _write_maps(job: BakeJob, rows: np.ndarray, stand_ins: list, placed: list, c
 def _check(settings: dict) -> None:
     n, m = int(settings["turns"]), int(settings["points"])
     srdm.check(int(settings["texels"]), n, m)
+    if int(settings["rows"]) > 2:
+        raise ReflectError(f"A ray cannot look up {settings['rows']} rows of a depth map.", "Give 1 or 2 rows.")
     if n * -(-m // 2) > TALLEST:
         raise ReflectError(
             f"Depth maps with {n} turns of {m} points are wider than graphics cards hold.",

@@ -1,15 +1,11 @@
+#include "normals_lib.glsl"
+
 // Places a mesh. Positions are relative to the eye ("rel_"): the matrix was multiplied in float64 on the CPU, so a scene
 // far from the world's origin loses no digits.
 void main()
 {
   vec4 rel_P = rel_from_object * vec4(position, 1.0);
-  mat3 linear_part = mat3(rel_from_object);
-  // Cofactors carry normals (the inverse transpose without its division); scaled first so that 1e-4 and 1e4 both fit.
-  vec3 size = max(abs(linear_part[0]), max(abs(linear_part[1]), abs(linear_part[2])));
-  linear_part /= max(max(size.x, max(size.y, size.z)), 1e-30);
-  mat3 cofactors = mat3(cross(linear_part[1], linear_part[2]),
-                        cross(linear_part[2], linear_part[0]),
-                        cross(linear_part[0], linear_part[1]));
+  mat3 cofactors = cofactors_of(rel_from_object);
   v_rel_P = rel_P.xyz;
   v_normal = cofactors * normal;
   v_face_normal = cofactors * face_normal;
