@@ -1,5 +1,6 @@
 """trace() leaves nothing behind: not in the file, not on the disk, whether it ends, fails or is cancelled."""
 
+import re
 import tempfile
 from pathlib import Path
 
@@ -188,3 +189,19 @@ def test_the_importance_map_is_as_fine_as_the_picture_and_comes_back(fresh_file,
     world.cycles.sampling_method = "AUTOMATIC"
     tree.nodes.new("ShaderNodeTexSky")
     assert inside()[0] == "AUTOMATIC"
+
+
+def used_mib(scene) -> float:
+    """What Blender says it has allocated, MiB."""
+    number, unit = re.search(r"Memory: ([\d.]+) (\w+)", scene.statistics(scene.view_layers[0])).groups()
+    return float(number) * {"MiB": 1, "GiB": 1024}[unit]
+
+
+def test_no_engine_outlives_its_scene(fresh_file):
+    """Blender finds engines by the address of their scene: one that stays behind goes on with freed data."""
+    scene = bpy.context.scene
+    dense = add_mesh("Dense", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)])
+    dense.modifiers.new("Subdivision", "SUBSURF").render_levels = 9
+    before = used_mib(scene)
+    trace(RAYS)
+    assert used_mib(scene) < before + 5  # an engine that stays keeps 65 MiB of this mesh
