@@ -105,7 +105,7 @@ def _remove(temporary: bpy.types.Scene) -> None:
     """Frees the scene's render engine before the scene.
 
     Blender (5.2.3) keeps engines by the address of their scene. One that outlives its scene goes on with freed data as
-    soon as another copy lies at the same address: it was 0.4 s faster a trace, until it crashed.
+    soon as another copy lies at the same address, and crashes now and then.
     """
     temporary.render.use_persistent_data = False
     bpy.data.scenes.remove(temporary)
