@@ -11,7 +11,7 @@ from .depth_camera import DepthCamera, fit
 from .depth_fit import DepthView
 from .job import BakeJob
 from .rays import Rays
-from .reflected_samples import reflected
+from .reflected_samples import aimed, reflected
 from .snapshot import Instance
 
 # Candidate directions beside the one that faces the reflector, spread evenly over the sphere.
@@ -20,6 +20,8 @@ CANDIDATES = 26
 WORTH = 0.01
 # Points met judged per object: the share of a map that is worth having is then ten points or more.
 JUDGED = 1000
+# Fewer points than this do not tell from where an object is seen: rays are aimed at it.
+TELLING = 200
 # A surface is seen where a map's ray ends within this share of the object's size of it ...
 NEAR = 4e-3
 # ... and seen well where it faces the camera by more than this cosine: below it, a texel covers five times its width.
@@ -36,10 +38,13 @@ def views_for(job: BakeJob, volumes: tuple[str, ...]) -> list[DepthView]:
         return []
     rays, hits = reflected(job)
     views: list[DepthView] = []
-    for name in volumes:
-        instance = by_name.get(name) or lamps[name]
-        met = _met(job, instance, hits)
-        views += [DepthView(name, c) for c in chosen(job, instance, hits.position[met], hits.normal[met])]
+    wanted = [by_name.get(name) or lamps[name] for name in volumes]
+    points = {i.name: (hits.position[met], hits.normal[met]) for i in wanted for met in [_met(job, i, hits)]}
+    if rare := [i for i in wanted if len(points[i.name][0]) < TELLING]:
+        _, more = aimed(job, rare)
+        points |= {i.name: (more.position[met], more.normal[met]) for i in rare for met in [_met(job, i, more)]}
+    for instance in wanted:
+        views += [DepthView(instance.name, c) for c in chosen(job, instance, *points[instance.name])]
     met = _met(job, job.reflector, hits)
     if job.settings["self_reflections"] and len(rays) and np.mean(met) > SELF:
         points = hits.position[met], hits.normal[met]

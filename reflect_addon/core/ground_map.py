@@ -72,7 +72,7 @@ def finer_quad(job: BakeJob, ground: Ground, resolution: int) -> Quad | None:
     if len(ground.members) != 1:
         return None  # the world's picture has no surface to trace, and a ground of many pieces would need many quads
     rng = np.random.default_rng(11)
-    start, _, _, normal = points_on(job, SAMPLES, rng)
+    start, _, _, normal = points_on(job.scene, job.reflector, SAMPLES, rng)
     direction = rng.normal(size=start.shape)
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
     direction *= np.where(np.einsum("nx,nx->n", direction, normal) < 0, -1.0, 1.0)[:, None]

@@ -179,6 +179,23 @@ def test_more_maps_see_more(rng):
     assert missed[2] < 0.5 * missed[1] < 0.5 * missed[0]
 
 
+def test_a_thin_thing_on_a_wide_mirror_floor_is_seen_from_all_sides(rng):
+    """Of thousands of rays from all over the floor a handful meet it; the floor's centre sees its foot."""
+    floor = trimesh.Trimesh([[-6, -6, 0], [6, -6, 0], [6, 6, 0], [-6, 6, 0]], [[0, 1, 2], [0, 2, 3]])
+    leg = trimesh.creation.cylinder(0.15, 2, sections=48).apply_translation([0, 0, 1])
+    scene = snapshot(floor, Leg=leg)
+    asset = baked(scene, maps=4, points=16, texels=128)
+    angle, height = rng.uniform(0, 2 * np.pi, 2000), rng.uniform(0.05, 1.9, 2000)
+    start = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1) * rng.uniform(1, 5, 2000)[:, None]
+    end = np.stack([*rng.uniform(-0.1, 0.1, (2, 2000)), height], -1)
+    rays = Rays(start.astype("f"), unit(end - start).astype("f"))
+    distance = first_hits(world_mesh(scene, scene.instances[1]), rays.origin, rays.direction)[1]
+    found = answer(asset, rays)
+    assert (found.status == spaces.STATUS_HIT)[np.isfinite(distance)].mean() > 0.99
+    off = np.linalg.norm(found.position - rays.origin - rays.direction * distance[:, None], axis=1)
+    assert np.percentile(off[np.isfinite(distance)], 95) < 0.02  # a texel
+
+
 def test_only_reflectors_that_see_themselves_have_maps_of_themselves():
     far = {"Far": ball(0.2, (9, 0, 0), detail=1)}
     convex, ring = snapshot(ball(), **far), snapshot(trimesh.creation.torus(1.0, 0.3), **far)
