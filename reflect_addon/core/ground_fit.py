@@ -15,6 +15,7 @@ import numpy as np
 
 from .billboard_fit import FINEST, FLAT, Quad
 from .ground_box import Ground
+from .clear_center import clear_center
 from .job import BakeJob
 from .rays import Rays
 from .snapshot import Instance, corners_of
@@ -40,7 +41,7 @@ EDGE_STEPS = 4
 
 def find(job: BakeJob, quads: list[Quad], hidden: tuple[str, ...]) -> Ground | None:
     """The ground under a bake's reflector, or None. quads, hidden: what the bake has as stand-ins (billboards.quads_for)."""
-    center = np.asarray(job.settings.get("center") or job.center(), np.float64)
+    center = clear_center(job, hidden)
     corners = corners_of(job.scene.bounds([job.reflector])) - center
     radius = float(np.linalg.norm(corners, axis=-1).max())
     if radius <= 0:

@@ -90,7 +90,8 @@ def with_backdrop(job: BakeJob, kind: str) -> tuple[list[Quad], Asset]:
     if ground is not None:
         quads, hidden = ground_map.in_the_map(job, ground, quads, hidden)
         seen_by = ground_map.mended(job, ground)
-    backdrop = environment.capture(seen_by, kind, hide=(job.reflector.object_name, *hidden))
+    center = None if ground is None else ground.center
+    backdrop = environment.capture(seen_by, kind, (job.reflector.object_name, *hidden), center)
     if ground is None:
         return quads, replace(backdrop, options={"ground": False})
     return quads, replace(backdrop, uniforms={**backdrop.uniforms, **ground.uniforms()}, options=ground.options())

@@ -3,7 +3,7 @@
 Problem. A reflected ray must be answered at the cost of one look-up.
 Idea. The reflected scene is infinitely far away, so only the ray's direction counts [BN76; popescu-2006 section 1].
 The map is a cube traced from one point, the reflector's centre unless another is given, with the reflector itself
-hidden.
+hidden (clear_center.py: beside what stands in the centre).
 Limits. No parallax and no contact: what is near the reflector appears too deep inside it. Exact for the sky.
 Under a bare sky the map is the whole answer, so there its resolution doubles until a look-up is as good as the eye asks
 (`sky_error`): a noiseless sky takes one path a texel, and 512 texels so cost less than 256 with the default's 16.
@@ -15,6 +15,7 @@ import numpy as np
 
 from .. import cubemap, spaces
 from ..asset import Asset
+from ..clear_center import clear_center
 from ..job import BakeJob
 from ..kernel import Hit, record, run_numpy
 from ..lamp_hits import with_lamps
@@ -40,11 +41,11 @@ def bake(job: BakeJob) -> Asset:
     return capture(job, NAME, hide=(job.reflector.object_name,))
 
 
-def capture(job: BakeJob, kind: str, hide: tuple[str, ...]) -> Asset:
-    """The cube-map part of an asset: image, scales and the centre it was traced from."""
+def capture(job: BakeJob, kind: str, hide: tuple[str, ...], center: np.ndarray | None = None) -> Asset:
+    """The cube-map part of an asset: image, scales and the centre it was traced from. center: (3,), None = clear_center's."""
     n = int(job.settings["resolution"])
     cubemap.check_resolution(n)
-    center = np.asarray(job.settings.get("center") or job.center(), np.float64)
+    center = clear_center(job, hide) if center is None else center
     asset = None
     if job.settings["sky_error"] and _sees_nothing_else(job, hide):
         asset = _bare_sky(job, kind, center, n, hide)
