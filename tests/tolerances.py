@@ -109,3 +109,5 @@ GROUND_HIT = 0.01
 CONTACT_HIT_P50 = 0.003
 CONTACT_HIT_P95 = 0.01
 CONTACT_LOST = 0.02
+# A rough floor's picture of a leg beside Cycles', row by row: 64 rays of the lobe a pixel, 256 paths, 64 pixels across.
+GLOSSY_WIDTH, GLOSSY_LIGHT = 0.08, 0.05

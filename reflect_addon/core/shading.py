@@ -27,11 +27,12 @@ def roughness_spread(material: Material) -> float:
 
 
 def material_rows(material: Material) -> list[list[float]]:
-    """MATERIAL_TEXELS rows of 4 floats: base colour + metallic, specular tint + ior, weight + 3 spare."""
+    """MATERIAL_TEXELS rows of 4 floats: base colour + metallic, specular tint + ior,
+    weight + roughness_spread + 2 spare."""
     return [
         [*material.base_color, material.metallic],
         [*material.specular_tint, material.ior],
-        [material.specular_weight, 0.0, 0.0, 0.0],
+        [material.specular_weight, roughness_spread(material), 0.0, 0.0],
     ]
 
 

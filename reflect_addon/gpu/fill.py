@@ -8,8 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..core import lobe
 from ..core.asset import Asset
-from ..core.kernel import emit_glsl, record
+from ..core.kernel import emit_glsl, record, record_function
 from ..core.rays import Answer, Rays
 from .counts import Counts
 from .device import ensure, max_texture_side
@@ -20,6 +21,9 @@ from .timing import Work
 from .upload import read_texture, texture_from, triangle_batch
 
 _RAY = {"origin": "origin.xyz", "direction": "direction.xyz", "width": "width", "spread": "direction.w"}
+_LOBE_RAY = {"origin": "origin.xyz", "direction": "ray_direction", "width": "width", "spread": "spread"}
+# What every fill reads of the ray map.
+RAYS = ("origin_tx", "direction_tx", "normal_tx")
 # Half floats end here; a brighter sun stays a sun instead of becoming infinite.
 _STORE_RADIANCE = "  radiance_out = vec4(clamp(hit_radiance, -65504.0, 65504.0), hit_coverage);\n"
 _STORE_POSITION = "  position_out = vec4(hit_position, hit_status);\n"
@@ -51,9 +55,11 @@ class TextureCache:
 
 
 class Fill:
-    """One asset's kernel, compiled for the wanted outputs, with its textures and uniform block."""
+    """One asset's kernel, compiled for the wanted outputs, with its textures and uniform block.
 
-    def __init__(self, asset: Asset, trace: Callable, positions: bool, textures: TextureCache):
+    rough: its reflectors may send several rays over their lobe (core/lobe.py); it then reads the materials."""
+
+    def __init__(self, asset: Asset, trace: Callable, positions: bool, textures: TextureCache, rough: bool = False):
         wanted = ("radiance", "coverage", "position", "status") if positions else ("radiance", "coverage")
         self.counts = textures.counts
         kernel = emit_glsl(record(trace, asset), wanted, "answer", push_bytes=0)
@@ -64,27 +70,29 @@ class Fill:
             textures.texture(name, array)
         self._block_name = kernel.block_name
         self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
-        samplers = [("FLOAT_2D", name) for name in ("origin_tx", "direction_tx", "normal_tx")]
-        samplers += [("FLOAT_2D", name) for name in kernel.images.values()]
+        self._rays = RAYS + (("material_tx", "materials_tx") if rough else ())
+        samplers = [("FLOAT_2D", name) for name in (*self._rays, *kernel.images.values())]
         outputs = (("VEC4", "radiance_out"), ("VEC4", "position_out")) if positions else (("VEC4", "radiance_out"),)
-        call = call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + (_STORE_POSITION if positions else "")
         self.program = program(
             ProgramInfo(
                 name=f"reflect_fill_{asset.kind}",
                 vertex="fullscreen.vert.glsl",
-                fragment="fill.frag.glsl",
+                fragment="fill_rough.frag.glsl" if rough else "fill.frag.glsl",
                 attributes=(("FLOAT", "unused"),),
-                uniforms=(("VEC2", "reflectors"),),
+                uniforms=(("VEC2", "reflectors"), *((("FLOAT", "lobe_rays"),) if rough else ())),
                 blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
                 samplers=tuple(samplers),
                 outputs=outputs,
-                generated=(("kernel", kernel.source), ("call", call)),
+                generated=(("kernel", kernel.source), *(_lobe_calls(kernel, positions) if rough else _call(kernel, positions))),
             ),
             self.counts,
         )
 
-    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None):
-        """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere)."""
+    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, lobe_rays=None):
+        """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere).
+
+        ray_textures: RAYS, and for rough reflectors the ray map's materials and the table of materials; lobe_rays: for these,
+        most rays of a pixel."""
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
@@ -95,7 +103,9 @@ class Fill:
             shader = self.program
             shader.bind()
             shader.set("reflectors", (first, last))
-            for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), ray_textures):
+            if lobe_rays is not None:
+                shader.set("lobe_rays", lobe_rays)
+            for name, texture in zip(self._rays, ray_textures, strict=True):
                 shader.image(name, texture)
             for sampler, (name, array) in self._images.items():
                 shader.image(sampler, self._cache.texture(name, array))
@@ -104,6 +114,29 @@ class Fill:
             shader.draw(batch)
             gpu.state.scissor_test_set(False)
         self.counts.passes += 1
+
+
+def _call(kernel, positions: bool):
+    """What fill.frag.glsl includes."""
+    return (("call", call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + (_STORE_POSITION if positions else "")),)
+
+
+def _lobe_calls(kernel, positions: bool):
+    """What fill_rough.frag.glsl includes."""
+    rays = emit_glsl(record_function(lobe.count, lobe.COUNT_INPUTS), ("rays",), "rays_of_lobe")
+    one = emit_glsl(record_function(lobe.direction, lobe.DIRECTION_INPUTS), ("direction", "weight"), "ray_of_lobe")
+    arguments = {
+        "mirrored": "mirrored.xyz", "normal": "normal.xyz", "alpha": f"added * {lobe.ALPHA}", "turn": "turn", "share": "share",
+    }  # fmt: skip
+    mean = "  position_out = vec4(position.xyz / total, floor(position.w / total + 0.5));\n"
+    table = ", ".join(f"vec2({c:.7f}, {s:.7f})" for c, s in lobe.turns())
+    return (
+        ("lobe", f"{rays.source}{one.source}const vec2 lobe_turns[{lobe.MOST}] = vec2[{lobe.MOST}]({table});\n"),
+        ("lobe_call", call_text(one, arguments, "lobe_") + "  ray_direction = lobe_direction;\n  weight = lobe_weight;\n"),
+        ("call", call_text(kernel, _LOBE_RAY, "hit_")),
+        ("add_position", "  position += vec4(hit_position, hit_status);\n" if positions else ""),
+        ("store_position", mean if positions else ""),
+    )
 
 
 class RayBundle:

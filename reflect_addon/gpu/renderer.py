@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core import lobe
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.look import Look
@@ -46,7 +47,8 @@ class Group:
 class Renderer:
     """assets: by reflector (core.asset.asset_of), already joined with what they require.
     look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off.
-    surfaces: the scene's surface radiance (core/surface_asset.py), from which stand-ins follow what moves."""
+    surfaces: the scene's surface radiance (core/surface_asset.py), from which stand-ins follow what moves.
+    lobe_rays: most rays of a pixel of a rough reflector (core/lobe.py)."""
 
     def __init__(
         self,
@@ -56,18 +58,20 @@ class Renderer:
         attenuation: float | None = None,
         kernel: Callable[[str], Callable] = registered_kernel,
         surfaces: Asset | None = None,
+        lobe_rays: int = lobe.LIVE,
     ):
         self.gpu = ensure()
         self._counts = Counts()
         self._kernel = kernel
         self.attenuation = attenuation
+        self.lobe_rays = lobe_rays
         self._view = View()
         self._batch = triangle_batch()
         self._meshes: dict[str, MeshBuffer] = {}  # by content
         self._textures = TextureCache(self._counts)
         self._followers = Followers(self._counts, self._textures)
         self.followed = Followed()  # what the last update made again
-        self._fills: dict[tuple[int, bool], tuple[Asset, Fill]] = {}
+        self._fills: dict[tuple[int, bool, bool], tuple[Asset, Fill]] = {}
         self._rays: RayMapTarget | None = None
         self._answers: dict[bool, ReflectionTarget] = {}
         self._look = LookTexture(look or Look(), self._counts)
@@ -145,7 +149,7 @@ class Renderer:
     def prepare(self, overlay: bool = False):
         """Upload and compile everything now, seen or not, so that moving the camera never does."""
         for group in self._groups:
-            self._fill(group.asset, self._needs_positions(False))
+            self._fill(group.asset, self._needs_positions(False), self._is_rough(group))
         if overlay and self._raymap.sections:
             self._resolve.overlay_program()
 
@@ -224,17 +228,25 @@ class Renderer:
         for group in self._groups:
             bounds = self._raymap.screen_bounds(camera, range(group.first, group.last + 1))
             if bounds is not None:
-                fill = self._fill(group.asset, positions)
-                fill.draw(self.gpu, self._batch, self._rays.textures[:3], target, group.first, group.last, bounds)
+                rough = self._is_rough(group)
+                textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
+                fill, most = self._fill(group.asset, positions, rough), self.lobe_rays if rough else None
+                fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
         return target
 
     def _needs_positions(self, wanted: bool) -> bool:
         return wanted or self.attenuation is not None
 
-    def _fill(self, asset: Asset, positions: bool) -> Fill:
-        key = (id(asset), positions)
+    def _is_rough(self, group: Group) -> bool:
+        """Whether some of its surfaces send several rays over their lobe: where that shows, at the outlines of stand-ins."""
+        return lobe.has_outlines(group.asset) and any(
+            s.roughness_spread > lobe.FINE for s in self._raymap.sections if group.first <= s.reflector <= group.last
+        )
+
+    def _fill(self, asset: Asset, positions: bool, rough: bool = False) -> Fill:
+        key = (id(asset), positions, rough)
         if key not in self._fills:
-            self._fills[key] = (asset, Fill(asset, self._kernel(asset.kind), positions, self._textures))
+            self._fills[key] = (asset, Fill(asset, self._kernel(asset.kind), positions, self._textures, rough))
         return self._fills[key][1]
 
     # What it costs.
