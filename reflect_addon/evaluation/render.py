@@ -5,7 +5,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core import lobe
+from ..core import lobe_rays
 from ..core.asset import asset_of
 from ..core.errors import ReflectError
 from ..core.progress import teller
@@ -55,7 +55,7 @@ def render_picture(
                 )
         say(0.5, "tracing the frame")
         seen = primary(view, samples=samples, scene=scene, progress=lambda s, t: say(0.5 + 0.4 * s, t))
-        renderer = Renderer(snapshot, loaded, look=read_look(scene), lobe_rays=lobe.MOST)
+        renderer = Renderer(snapshot, loaded, look=read_look(scene), most_rays=lobe_rays.MOST)
         covered = renderer.ray_map(view).covered()[..., None]
         background = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)
         space = "linear" if out.suffix.lower() == ".exr" else "display"

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..core import lobe
+from ..core import lobe_rays
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record, record_function
 from ..core.rays import Answer, Rays
@@ -57,7 +57,7 @@ class TextureCache:
 class Fill:
     """One asset's kernel, compiled for the wanted outputs, with its textures and uniform block.
 
-    rough: its reflectors may send several rays over their lobe (core/lobe.py); it then reads the materials."""
+    rough: its reflectors may send several rays over their lobe (core/lobe_rays.py); it then reads the materials."""
 
     def __init__(self, asset: Asset, trace: Callable, positions: bool, textures: TextureCache, rough: bool = False):
         wanted = ("radiance", "coverage", "position", "status") if positions else ("radiance", "coverage")
@@ -79,7 +79,7 @@ class Fill:
                 vertex="fullscreen.vert.glsl",
                 fragment="fill_rough.frag.glsl" if rough else "fill.frag.glsl",
                 attributes=(("FLOAT", "unused"),),
-                uniforms=(("VEC2", "reflectors"), *((("FLOAT", "lobe_rays"),) if rough else ())),
+                uniforms=(("VEC2", "reflectors"), *((("FLOAT", "most_rays"),) if rough else ())),
                 blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
                 samplers=tuple(samplers),
                 outputs=outputs,
@@ -88,11 +88,11 @@ class Fill:
             self.counts,
         )
 
-    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, lobe_rays=None):
+    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, most_rays=None):
         """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere).
 
-        ray_textures: RAYS, and for rough reflectors the ray map's materials and the table of materials; lobe_rays: for these,
-        most rays of a pixel."""
+        ray_textures: RAYS, and for rough reflectors the ray map's materials and the table of materials; most_rays: for these,
+        of a pixel."""
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
@@ -103,8 +103,8 @@ class Fill:
             shader = self.program
             shader.bind()
             shader.set("reflectors", (first, last))
-            if lobe_rays is not None:
-                shader.set("lobe_rays", lobe_rays)
+            if most_rays is not None:
+                shader.set("most_rays", most_rays)
             for name, texture in zip(self._rays, ray_textures, strict=True):
                 shader.image(name, texture)
             for sampler, (name, array) in self._images.items():
@@ -123,15 +123,15 @@ def _call(kernel, positions: bool):
 
 def _lobe_calls(kernel, positions: bool):
     """What fill_rough.frag.glsl includes."""
-    rays = emit_glsl(record_function(lobe.count, lobe.COUNT_INPUTS), ("rays",), "rays_of_lobe")
-    one = emit_glsl(record_function(lobe.direction, lobe.DIRECTION_INPUTS), ("direction", "weight"), "ray_of_lobe")
+    rays = emit_glsl(record_function(lobe_rays.count, lobe_rays.COUNT_INPUTS), ("rays",), "rays_of_lobe")
+    one = emit_glsl(record_function(lobe_rays.direction, lobe_rays.DIRECTION_INPUTS), ("direction", "weight"), "ray_of_lobe")
     arguments = {
-        "mirrored": "mirrored.xyz", "normal": "normal.xyz", "alpha": f"added * {lobe.ALPHA}", "turn": "turn", "share": "share",
+        "mirrored": "mirrored.xyz", "normal": "normal.xyz", "alpha": f"added * {lobe_rays.ALPHA}", "turn": "turn", "share": "share",
     }  # fmt: skip
     mean = "  position_out = vec4(position.xyz / total, floor(position.w / total + 0.5));\n"
-    table = ", ".join(f"vec2({c:.7f}, {s:.7f})" for c, s in lobe.turns())
+    table = ", ".join(f"vec2({c:.7f}, {s:.7f})" for c, s in lobe_rays.turns())
     return (
-        ("lobe", f"{rays.source}{one.source}const vec2 lobe_turns[{lobe.MOST}] = vec2[{lobe.MOST}]({table});\n"),
+        ("lobe", f"{rays.source}{one.source}const vec2 lobe_turns[{lobe_rays.MOST}] = vec2[{lobe_rays.MOST}]({table});\n"),
         ("lobe_call", call_text(one, arguments, "lobe_") + "  ray_direction = lobe_direction;\n  weight = lobe_weight;\n"),
         ("call", call_text(kernel, _LOBE_RAY, "hit_")),
         ("add_position", "  position += vec4(hit_position, hit_status);\n" if positions else ""),

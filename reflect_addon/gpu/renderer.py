@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import lobe
+from ..core import lobe_rays
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.look import Look
@@ -48,7 +48,7 @@ class Renderer:
     """assets: by reflector (core.asset.asset_of), already joined with what they require.
     look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off.
     surfaces: the scene's surface radiance (core/surface_asset.py), from which stand-ins follow what moves.
-    lobe_rays: most rays of a pixel of a rough reflector (core/lobe.py)."""
+    most_rays: of a pixel of a rough reflector (core/lobe_rays.py)."""
 
     def __init__(
         self,
@@ -58,13 +58,13 @@ class Renderer:
         attenuation: float | None = None,
         kernel: Callable[[str], Callable] = registered_kernel,
         surfaces: Asset | None = None,
-        lobe_rays: int = lobe.LIVE,
+        most_rays: int = lobe_rays.LIVE,
     ):
         self.gpu = ensure()
         self._counts = Counts()
         self._kernel = kernel
         self.attenuation = attenuation
-        self.lobe_rays = lobe_rays
+        self.most_rays = most_rays
         self._view = View()
         self._batch = triangle_batch()
         self._meshes: dict[str, MeshBuffer] = {}  # by content
@@ -230,7 +230,7 @@ class Renderer:
             if bounds is not None:
                 rough = self._is_rough(group)
                 textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
-                fill, most = self._fill(group.asset, positions, rough), self.lobe_rays if rough else None
+                fill, most = self._fill(group.asset, positions, rough), self.most_rays if rough else None
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
         return target
 
@@ -239,8 +239,8 @@ class Renderer:
 
     def _is_rough(self, group: Group) -> bool:
         """Whether some of its surfaces send several rays over their lobe: where that shows, at the outlines of stand-ins."""
-        return lobe.has_outlines(group.asset) and any(
-            s.roughness_spread > lobe.FINE for s in self._raymap.sections if group.first <= s.reflector <= group.last
+        return lobe_rays.has_outlines(group.asset) and any(
+            s.roughness_spread > lobe_rays.FINE for s in self._raymap.sections if group.first <= s.reflector <= group.last
         )
 
     def _fill(self, asset: Asset, positions: bool, rough: bool = False) -> Fill:

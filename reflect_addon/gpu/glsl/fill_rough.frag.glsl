@@ -1,6 +1,6 @@
 // The reflection buffer of reflectors of which some are rough: the mean of several rays over the surface's lobe.
-// `answer` is the emitted kernel; `rays_of_lobe` and `ray_of_lobe` are core/lobe.py; lobe_turns is its spiral.
-// reflectors: x = first, y = last index of the ray map that this pass answers; lobe_rays: most rays of a pixel.
+// `answer` is the emitted kernel; `rays_of_lobe` and `ray_of_lobe` are core/lobe_rays.py; lobe_turns is its spiral.
+// reflectors: x = first, y = last index of the ray map that this pass answers; most_rays: most rays of a pixel.
 #include "kernel"
 #include "lobe"
 
@@ -17,7 +17,7 @@ void main()
   float width = normal.w;
   float added = texelFetch(materials_tx, ivec2(2, int(texelFetch(material_tx, pixel, 0).r + 0.5)), 0).y;
   float rays;
-  rays_of_lobe(added, lobe_rays, rays);
+  rays_of_lobe(added, most_rays, rays);
   float spread = sqrt(max(mirrored.w * mirrored.w - added * added, 0.0) + added * added / rays);
   // Every pixel turns the spiral by its own angle, so that outlines are dithered and not drawn several times
   // [Jimenez 2014, interleaved gradient noise].

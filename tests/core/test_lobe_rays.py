@@ -1,16 +1,16 @@
-"""core/lobe.py: the rays of a rough surface against GGX's closed forms; edge cases."""
+"""core/lobe_rays.py: the rays of a rough surface against GGX's closed forms; edge cases."""
 
 import numpy as np
 import pytest
 
-from reflect_addon.core import lobe
+from reflect_addon.core import lobe_rays
 from reflect_addon.core.kernel import evaluate, record_function
 from reflect_addon.core.shading import roughness_spread
 from reflect_addon.core.snapshot import Material
 
 
-def rays_of(spread, most=lobe.MOST):
-    program = record_function(lobe.count, lobe.COUNT_INPUTS)
+def rays_of(spread, most=lobe_rays.MOST):
+    program = record_function(lobe_rays.count, lobe_rays.COUNT_INPUTS)
     return float(evaluate(program, {"spread": np.float32([spread]), "most": np.float32([most])})["rays"][0])
 
 
@@ -23,18 +23,18 @@ def lobe_of(normal, mirrored, alpha, rays, dtype=np.float64):
         "turn": np.stack([np.cos(angle), np.sin(angle)], -1).astype(dtype),
         "share": (np.arange(rays, dtype=dtype) + 0.5) / rays,
     }  # fmt: skip
-    found = evaluate(record_function(lobe.direction, lobe.DIRECTION_INPUTS), inputs)
+    found = evaluate(record_function(lobe_rays.direction, lobe_rays.DIRECTION_INPUTS), inputs)
     return found["direction"], found["weight"]
 
 
 def test_a_mirror_sends_one_ray():
-    assert rays_of(0.0) == 1 and rays_of(lobe.FINE) == 1
+    assert rays_of(0.0) == 1 and rays_of(lobe_rays.FINE) == 1
     assert rays_of(roughness_spread(Material("m", roughness=0.05))) == 1
 
 
 def test_rays_grow_with_the_lobes_area_up_to_a_limit():
-    assert rays_of(2 * lobe.FINE) == 4 and rays_of(3 * lobe.FINE) == 9
-    assert rays_of(1.0) == lobe.MOST and rays_of(1.0, lobe.LIVE) == lobe.LIVE
+    assert rays_of(2 * lobe_rays.FINE) == 4 and rays_of(3 * lobe_rays.FINE) == 9
+    assert rays_of(1.0) == lobe_rays.MOST and rays_of(1.0, lobe_rays.LIVE) == lobe_rays.LIVE
 
 
 @pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (0.6, 0, 0.8), (-0.48, 0.64, -0.6)])
