@@ -24,6 +24,7 @@ from tools.figures.sheet import DIFFERENCE, Panel, draw as draw_sheet, short  # 
 
 LARGEST = 200_000  # bytes: a README's picture is fetched by everyone who looks
 TILE = 240, 180  # the demo's pictures
+COLOURS = 256  # of the palette
 # The baseline of all, the best that was published for no ray tracing, ours, and Blender's own.
 SHOWN = ("environment", "layered_distance", "billboards", "depth_maps", "eevee")
 
@@ -46,7 +47,7 @@ def draw(rows, folder: Path) -> bytes:
         top.append(Panel(label_of(row), _read(folder, row, "answer"), _numbers(row)))
         below.append(Panel("its difference", _read(folder, row, "difference"), f"RMSE {short(row.rmse)}"))
     words = f"{DIFFERENCE} FLIP: 0 = looks equal. hit p95: hit-point error / scene diagonal, 95 % are below."
-    return draw_sheet([top, below], TILE, words)
+    return draw_sheet([top, below], TILE, words, colours=COLOURS)
 
 
 def _numbers(row) -> str:
@@ -70,7 +71,7 @@ def main(argv=None) -> int:
     try:
         content = draw(chosen(read_rows(arguments.results)), arguments.results)
         if len(content) > LARGEST:
-            raise ReflectError(f"The picture would be {len(content):,} bytes.", "Lower COLOURS in tools/figures/sheet.py.")
+            raise ReflectError(f"The picture would be {len(content):,} bytes.", "Lower COLOURS in this script.")
         write_whole(arguments.out, content)
     except ReflectError as error:
         print(f"readme_picture: {error}", file=sys.stderr)

@@ -13,7 +13,7 @@ from .sheet import Panel, short
 from .shot import FINE, Shot
 from .studio import Figure, Studio, up
 
-BAKE = {"resolution": 256, "samples": 16, "texels": 256}
+BAKE = {"resolution": 256, "samples": 4, "texels": 256}
 RIPPLE, WAVE = 0.022, 0.32  # m: height of the dish's rings, and from ring to ring
 DISH = 0.62  # m, its radius
 

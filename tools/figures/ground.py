@@ -52,6 +52,10 @@ def fig6_7(studio: Studio) -> Figure:
     outside = shown[1][1].status == STATUS_FELL_BACK
     share = shot.answer({name: small}, wall_share).radiance[:, 0]
     morphed = (share > 0) & (share < 1)
+    edge = np.zeros(shot.mask.shape, bool)
+    edge[shot.mask] = outside
+    edge[1:] &= shot.mask[:-1] & ~edge[:-1]  # where the environment map begins
+    close = studio.close_up(shot, edge, rows, shown)
     marks = [
         None,
         None,
@@ -64,7 +68,7 @@ def fig6_7(studio: Studio) -> Figure:
         "Figs 6 and 7: from billboard to environment map",
         f"{words} Without the morph the ground jumps where its quad ends and shows twice what the quad has; with it "
         "the ground goes on without a step. A box as large as the parallax asks for leaves nothing to see.",
-        [("fig06-07.png", studio.sheet([*rows, marks], words))],
+        [("fig06-07.png", studio.sheet([*rows, close, marks], words))],
         table,
     )
 

@@ -5,12 +5,11 @@ import math
 from reflect_addon.core.mirrors import second_order_pairs
 from sample_blends import build_teapots, scene_parts as parts
 
-from .sheet import Panel
-from .studio import Figure, Studio, busiest, magnified, outlined, up
+from .studio import Figure, Studio
 from .teapots import meets_a_mirror
 
 # Nine bakes: half of the texels that one mirror gets.
-BAKE = {"resolution": 128, "samples": 8, "texels": 64}
+BAKE = {"resolution": 128, "samples": 4, "texels": 64}
 DEPTH = {**BAKE, "maps": 1, "turns": 30}
 HALF = 100.0  # m, of the ground
 STEP = 0.5  # m between spheres' centres
@@ -39,10 +38,7 @@ def fig5(studio: Studio) -> Figure:
         for name, bake in (("environment", BAKE), ("billboards", BAKE), ("depth_maps", DEPTH))
     ]
     rows, table = studio.compared(shot, shown)
-    window = busiest(meets_a_mirror(shot), (studio.size[0] // 4, studio.size[1] // 4))
-    rows[0][0] = Panel(rows[0][0].title, up(outlined(shot.picture(shot.truth), window)), rows[0][0].detail)
-    close = [Panel("truth, close up", magnified(shot.picture(shot.truth), window, studio.size), "the frame above, 4 times")]
-    close += [Panel(label, magnified(shot.picture(answer), window, studio.size), "close up") for label, answer in shown]
+    close = studio.close_up(shot, meets_a_mirror(shot), rows, shown)
     pairs = len(second_order_pairs(shot.snapshot))
     words = f"{pairs} second-order reflections."
     return Figure(

@@ -9,8 +9,8 @@ from sample_blends import build_teapots, scene_parts as parts
 from .sheet import Panel, short
 from .studio import HEADINGS, Figure, Studio, numbers, up
 
-BAKE = {"resolution": 256, "samples": 16, "texels": 128}
-HALF = 0.25  # m: what is so far away is reflected half as brightly; the teapot is 0.3 m high
+BAKE = {"resolution": 256, "samples": 4, "texels": 512}  # the floor is 3 m wide, and the teapot stands on it
+HALF = 0.5  # m: what is so far away is reflected half as brightly; the teapot is 0.3 m high
 
 
 def build():
@@ -19,7 +19,7 @@ def build():
     parts.set_world_image(scene, build_teapots.small_world(build_teapots.WORLD), turn=math.radians(200))
     parts.box("Ground", (3.0, 3.0, 0.04), (0, 0, -0.02), parts.checker("Ground", (0.75, 0.72, 0.66), (0.12, 0.2, 0.3), 0.25))
     vertices, faces = build_teapots.tessellate(8)
-    glaze = parts.material("Glaze", (0.01, 0.01, 0.015), roughness=0.0, specular=0.5, IOR=1.8)
+    glaze = parts.material("Glaze", (0.01, 0.01, 0.015), roughness=0.0, specular=0.5, IOR=2.2)
     parts.mesh("Teapot", vertices * build_teapots.SCALE, faces, glaze, rotation=(0, 0, math.radians(200)))
     for i, (x, y, colour) in enumerate(((-0.3, -0.34, (0.8, 0.15, 0.08)), (0.38, -0.2, (0.9, 0.65, 0.1)), (0.75, -0.75, (0.15, 0.5, 0.2)))):
         parts.sphere(f"Ball {i + 1}", 0.08, parts.material(f"Ball {i + 1}", colour), 48, location=(x, y, 0.08))
@@ -39,7 +39,7 @@ def fig2(studio: Studio) -> Figure:
         Panel("its difference", up(shot.difference(shown, truth)), ""),
         Panel("billboards, neither", up(shot.picture(answer, fresnel=False)), "a perfect mirror, no fading"),
     ]
-    words = f"Index of refraction 1.8; a reflection halves for every {HALF:g} m that the ray went."
+    words = f"Index of refraction 2.2; a reflection halves for every {HALF:g} m that the ray went."
     return Figure(
         "Fig 2: attenuation with distance and Fresnel effects, together",
         f"{words} Cycles has no such attenuation: the truth is its rays' radiance and distance through the same formula.",
@@ -67,7 +67,7 @@ def fig15(studio: Studio) -> Figure:
     apart = float(np.mean(np.abs(frame - truth)[shot.mask]))
     rows[1].append(Panel("the frame", up(frame), f"Cycles' own Fresnel; mean difference {short(apart)}"))
     rows[0].append(Panel("billboards, neither", up(shot.picture(answer, fresnel=False)), "a perfect mirror, no fading"))
-    words = f"Top: a perfect mirror whose reflections halve for every {HALF:g} m. Bottom: glaze of index 1.8."
+    words = f"Top: a perfect mirror whose reflections halve for every {HALF:g} m. Bottom: glaze of index 2.2."
     return Figure(
         "Fig 15: attenuation with distance, and Fresnel effects, each alone",
         f"{words} Our Fresnel share differs from Cycles' own frame by {short(apart)} of the display range in the mean.",

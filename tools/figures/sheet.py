@@ -1,6 +1,6 @@
 """Labelled pictures in rows as one PNG: the figures' strips and the README's picture.
 
-Equal panels give an equal file: matplotlib's own font, no date or version in it, colours from a palette.
+Equal panels give an equal file: matplotlib's own font, no date or version in it.
 """
 
 import io
@@ -18,7 +18,6 @@ from reflect_addon.evaluation.maps import DIFFERENCE_FULL, false_colour  # noqa:
 
 DPI = 100  # one pixel of a picture is one of the sheet
 GAP, LABEL, FOOT, LINE = 0.08, 0.42, 0.34, 0.16  # inches
-COLOURS = 256  # of the palette
 DIFFERENCE = f"difference: 0 to {DIFFERENCE_FULL:g} of the display range, {1 / DIFFERENCE_FULL:g} times amplified."
 
 
@@ -31,9 +30,9 @@ class Panel:
     detail: str = ""
 
 
-def draw(rows: list[list[Panel | None]], tile: tuple[int, int], words: str = "", legend: bool = True) -> bytes:
+def draw(rows: list[list[Panel | None]], tile: tuple[int, int], words: str = "", legend: bool = True, colours: int | None = None) -> bytes:
     """PNG of the rows of panels, each `tile` (width, height) pixels; None is an empty place. words: below them, beside the
-    colours of difference maps, which legend=False leaves out."""
+    colours of difference maps, which legend=False leaves out. colours: of a palette that makes the file small."""
     columns, tile_w, tile_h = max(len(row) for row in rows), tile[0] / DPI, tile[1] / DPI
     lines = words.split("\n") if words else []
     foot = max(FOOT, LINE * len(lines) + 0.18)
@@ -67,8 +66,10 @@ def draw(rows: list[list[Panel | None]], tile: tuple[int, int], words: str = "",
     plain = io.BytesIO()
     figure.savefig(plain, dpi=DPI, format="png", metadata={"Software": None})
     plt.close(figure)
-    small, out = Image.open(plain).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE), io.BytesIO()
-    small.save(out, "PNG", optimize=True)
+    picture, out = Image.open(plain).convert("RGB"), io.BytesIO()
+    if colours is not None:
+        picture = picture.quantize(colours, dither=Image.Dither.NONE)
+    picture.save(out, "PNG", optimize=True)
     return out.getvalue()
 
 

@@ -47,6 +47,7 @@ class Scores:
     """Of an answer against the truth; None where nothing can be judged."""
 
     flip: float | None
+    median: float | None  # relative difference of radiance
     relmse: float | None
     hit_p50: float | None  # over the scene's diagonal
     hit_p95: float | None
@@ -81,14 +82,14 @@ class Shot:
 
     @cached_property
     def frame(self):
-        """What the camera sees, one ray a pixel (scene.raytrace.Primary)."""
-        return primary(self.camera, samples=self.samples, seed=SEEDS[0], scene=self.scene)
+        """What the camera sees, one ray a pixel (scene.raytrace.Primary); what is around the mirrors is all pictures' alike."""
+        return primary(self.camera, samples=max(self.samples // 2, 1), seed=SEEDS[0], scene=self.scene)
 
     @cached_property
     def fine_frame(self) -> tuple[np.ndarray, np.ndarray]:
         """((H, W, 3) display-encoded: the mean of FINE x FINE rays a pixel, (H, W) bool: all of them meet a reflector)."""
         w, h = self.camera.width, self.camera.height
-        seen = primary(camera_of(self.scene, None, w * FINE, h * FINE), max(self.samples // 16, 1), seed=1, scene=self.scene)
+        seen = primary(camera_of(self.scene, None, w * FINE, h * FINE), max(self.samples // 8, 1), seed=1, scene=self.scene)
         wanted = {i.object_name for i in self.snapshot.reflectors()}
         mirrors = np.isin(seen.object, [i for i, name in enumerate(seen.object_names) if name in wanted])
         blocks = seen.combined.reshape(h, FINE, w, FINE, 3).mean((1, 3))
@@ -169,6 +170,7 @@ class Shot:
         found = metrics.hit_errors(answer, self.truth, self.rays, self.diagonal)
         return Scores(
             eye.flip(picture, self.picture(self.truth) if truth is None else truth, self.mask)[0],
+            metrics.median_relative(answer.radiance, self.truth.radiance),
             metrics.relmse(answer.radiance, self.truth.radiance),
             found.hit_p50, found.hit_p95, found.false_hit + found.missed_hit,
         )  # fmt: skip

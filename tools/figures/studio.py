@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
@@ -61,21 +61,35 @@ class Studio:
             picture = shot.picture(answer)
             scores = shot.scores(answer, picture)
             top.append(Panel(label, up(picture), scores.words()))
-            below.append(Panel("its difference", up(shot.difference(picture)), f"relMSE {short(scores.relmse)}"))
+            below.append(Panel("its difference", up(shot.difference(picture)), f"radiance: half within {_percent(scores.median)}"))
             rows.append(numbers(label, scores))
         return [top, below], rows
+
+    def close_up(self, shot: Shot, marked: np.ndarray, rows: list[list[Panel]], shown: list[tuple[str, object]]) -> list[Panel]:
+        """A row of what `compared` shows, CLOSE times as large, where most pixels of (H, W) bool are marked; the place is
+        drawn into the truth of `rows`."""
+        window = busiest(marked, tuple(side // CLOSE for side in self.size))
+        truth = shot.picture(shot.truth)
+        rows[0][0] = replace(rows[0][0], picture=up(outlined(truth, window)))
+        out = [Panel("truth, close up", magnified(truth, window, self.size), f"the frame above, {CLOSE} times")]
+        return out + [Panel(label, magnified(shot.picture(a), window, self.size), "close up") for label, a in shown]
 
     def sheet(self, rows: list[list[Panel]], words: str = "", legend: bool = True) -> bytes:
         note = "FLIP: 0 = looks equal. hit p95: hit-point error over the scene's diagonal, 95 % of rays are below."
         return draw(rows, self.size, "\n".join(w for w in (words, f"{DIFFERENCE} {note}" if legend else "") if w), legend)
 
 
-HEADINGS = ["", "FLIP", "relMSE", "hit p50", "hit p95", "missed + false"]
+CLOSE = 4  # times, of close-ups
+HEADINGS = ["", "FLIP", "median", "relMSE", "hit p50", "hit p95", "missed + false"]
 
 
 def numbers(label: str, scores: Scores) -> list[str]:
-    wrong = "–" if scores.wrong is None else f"{100 * scores.wrong:.2g} %"
-    return [label, *(short(v) for v in (scores.flip, scores.relmse, scores.hit_p50, scores.hit_p95)), wrong]
+    hits = (short(v) for v in (scores.relmse, scores.hit_p50, scores.hit_p95))
+    return [label, short(scores.flip), _percent(scores.median), *hits, _percent(scores.wrong)]
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{100 * share:.2g} %"
 
 
 def up(picture: np.ndarray) -> np.ndarray:

@@ -8,12 +8,12 @@ import numpy as np
 
 from reflect_addon.core.mirrors import second_order_pairs
 
-from .sheet import Panel
 from .shot import Shot
-from .studio import Figure, Studio, busiest, magnified, outlined, up
+from .studio import Figure, Studio
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
-BAKE = {"resolution": 256, "samples": 16, "texels": 128}
+BAKE = {"resolution": 128, "samples": 8, "texels": 128}
+DEPTH = {**BAKE, "maps": 2}  # what the others would add is little and takes minutes
 
 
 def sample(name: str) -> bpy.types.Scene:
@@ -27,12 +27,12 @@ build = partial(sample, "teapots")
 
 def fig1(studio: Studio) -> Figure:
     shot = studio.shot(build)
-    shown = [(name, shot.answer(shot.assets(name, **BAKE))) for name in ("environment", "billboards", "depth_maps")]
+    shown = [
+        (name, shot.answer(shot.assets(name, **bake)))
+        for name, bake in (("environment", BAKE), ("billboards", BAKE), ("depth_maps", DEPTH))
+    ]
     rows, table = studio.compared(shot, shown)
-    window = busiest(meets_a_mirror(shot), (studio.size[0] // 4, studio.size[1] // 4))
-    rows[0][0] = Panel(rows[0][0].title, up(outlined(shot.picture(shot.truth), window)), rows[0][0].detail)
-    close = [Panel("truth, close up", magnified(shot.picture(shot.truth), window, studio.size), "the frame above, 4 times")]
-    close += [Panel(label, magnified(shot.picture(answer), window, studio.size), "close up") for label, answer in shown]
+    close = studio.close_up(shot, meets_a_mirror(shot), rows, shown)
     pairs = second_order_pairs(shot.snapshot)
     words = f"{len(pairs)} second-order reflections, R (R - 1) for R = 4."
     return Figure(
