@@ -53,6 +53,7 @@ def main(argv=None) -> int:
                 begun = time.monotonic()
                 try:
                     made[name] = FIGURES[name](studio)
+                    page.write_sheets(made[name], arguments.out)
                 except ReflectError as error:
                     failed.append(name)
                     print(f"figures: {name} could not be made: {error}", file=sys.stderr)
@@ -63,7 +64,7 @@ def main(argv=None) -> int:
     device = describe()
     words = f"Answers: {device['renderer']}; truth: Cycles of Blender {bpy.app.version_string}, {arguments.samples} paths a ray."
     in_order = sorted(made, key=lambda name: int(name.partition("-")[0]))
-    print(page.write([made[name] for name in in_order], words, arguments.out))
+    print(page.write_index([made[name] for name in in_order], words, arguments.out))
     return 1 if failed else 0
 
 

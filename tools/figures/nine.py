@@ -9,7 +9,7 @@ from .studio import Figure, Studio
 from .teapots import meets_a_mirror
 
 # Nine bakes: half of the texels that one mirror gets.
-BAKE = {"resolution": 128, "samples": 4, "texels": 64}
+BAKE = {"resolution": 128, "samples": 8, "texels": 64}
 DEPTH = {**BAKE, "maps": 1, "turns": 30}
 HALF = 100.0  # m, of the ground
 STEP = 0.5  # m between spheres' centres
