@@ -25,7 +25,7 @@ BAKE = {"resolution": 128, "samples": 16, "texels": 256}
 # As in the paper: one map of the object, rows alone, no maps of the mirror.
 PAPER = {**BAKE, "maps": 1, "self_reflections": False, "refine": False}
 POINTS = (4, 8, 16, 64)  # m of Fig 13
-BALL = 0.8  # m, its radius
+BALL = 1.6  # m, its radius
 INCREMENTS = (20, 10, 3, 2)  # degrees, of Fig 14
 TOUCHING, INTERSECTING = -1.35, -0.95  # m from bunny to bunny, which are 2 m wide
 
@@ -64,8 +64,8 @@ def face_to_face(away: float) -> bpy.types.Scene:
 def before_a_ball() -> bpy.types.Scene:
     """The matt bunny's outline, whole, in a mirror ball."""
     scene, _, low = _matt_bunny()
-    parts.sphere("Mirror", BALL, parts.mirror(colour=(0.95, 0.95, 0.95)), 128, location=(0.0, -2.2, low + BALL))
-    parts.camera((2.2, 0.6, 1.3), (0.05, -1.9, -0.15), lens=70)
+    parts.sphere("Mirror", BALL, parts.mirror(colour=(0.95, 0.95, 0.95)), 128, location=(0.0, -3.0, low + 0.7 * BALL))
+    parts.camera((2.2, 1.0, 1.3), (0.0, -1.6, -0.05), lens=75)
     return scene
 
 

@@ -15,7 +15,7 @@ from .sheet import Panel
 from .studio import Figure, Studio, up
 
 HALF = 100.0  # m, of the ground: beyond it the world's own
-WIDTH = 1.2  # m, of the small box
+WIDTH = 0.6  # m, of the small box
 BAKE = {"resolution": 512, "samples": 4}
 RED, GREEN = (0.9, 0.1, 0.1), (0.1, 0.8, 0.2)
 MARK = 0.55  # of the highlight's colour over the picture

@@ -45,10 +45,8 @@ def draw(rows: list[list[Panel | None]], tile: tuple[int, int], words: str = "",
                 continue
             left = GAP + c * (tile_w + GAP)
             if callable(panel.picture):
-                # Room for the ticks' numbers.
-                axes = figure.add_axes(
-                    ((left + 0.35) / width, (bottom + 0.3) / height, (tile_w - 0.45) / width, (tile_h - 0.35) / height)
-                )
+                x, y = left + 0.12 * tile_w, bottom + 0.13 * tile_h  # room for the ticks' numbers
+                axes = figure.add_axes((x / width, y / height, 0.85 * tile_w / width, 0.85 * tile_h / height))
                 panel.picture(axes)
             else:
                 axes = figure.add_axes((left / width, bottom / height, tile_w / width, tile_h / height))
