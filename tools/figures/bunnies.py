@@ -21,7 +21,7 @@ from .sheet import Panel, short
 from .shot import Shot
 from .studio import HEADINGS, Figure, Studio, busiest, magnified, numbers, outlined, up
 
-BAKE = {"resolution": 128, "samples": 16, "texels": 256}
+BAKE = {"resolution": 128, "samples": 8, "texels": 256}
 # As in the paper: one map of the object, rows alone, no maps of the mirror.
 PAPER = {**BAKE, "maps": 1, "self_reflections": False, "refine": False}
 POINTS = (4, 8, 16, 64)  # m of Fig 13

@@ -9,7 +9,7 @@ from sample_blends import build_teapots, scene_parts as parts
 from .sheet import Panel, short
 from .studio import HEADINGS, Figure, Studio, numbers, up
 
-BAKE = {"resolution": 128, "samples": 16, "texels": 512}  # the floor is 3 m wide, and the teapot stands on it
+BAKE = {"resolution": 128, "samples": 8, "texels": 512}  # the floor is 3 m wide, and the teapot stands on it
 HALF = 0.5  # m: what is so far away is reflected half as brightly; the teapot is 0.3 m high
 
 
