@@ -67,6 +67,11 @@ def answer(k, asset, ray, start):
     """Kernel: (radiance, position, status) of a ray that meets nothing before the ground's box.
 
     start: vec3, the ray's origin relative to the asset's centre."""
+    return shown(k, asset, ray, *meeting(k, asset, ray, start))
+
+
+def meeting(k, asset, ray, start):
+    """Kernel: (met, along, travelled, share), as `shown` takes them, of a ray from `start` (vec3, from the centre)."""
     u = asset.uniforms
     low, high = u["ground_low"], u["ground_high"]
 
@@ -81,7 +86,7 @@ def answer(k, asset, ray, start):
     share = k.clamp((met.z - low.z) / u["ground_morph"], 0.0, 1.0)
     on_ground = to_ground <= to_wall
     share = k.name("morph", k.select(on_ground & (along.z < 0.0), 0.0, share))
-    return shown(k, asset, ray, met, along, travelled, share)
+    return met, along, travelled, share
 
 
 def to_box(k, asset, v):

@@ -46,9 +46,9 @@ def _accuracy(bench: Bench, name: str) -> list[dict]:
     view = DepthView("Object", camera)
     depth = view.depth(bench.intersect(bench.object, view.rays(256)))
     turned = srdm.rotated_rows(depth, 60)
-    greedy = [_z_error(camera, turned, srdm_greedy.simplify, m) for m in ERROR]
+    greedy = [z_error(camera, turned, srdm_greedy.simplify, m) for m in ERROR]
     some = turned[::SHARE_OF_ROWS]
-    optimal, same = ([_z_error(camera, some, f, m) for m in ERROR] for f in (srdm_optimal.simplify, srdm_greedy.simplify))
+    optimal, same = ([z_error(camera, some, f, m) for m in ERROR] for f in (srdm_optimal.simplify, srdm_greedy.simplify))
     ratio = [a / b for a, b in zip(optimal, same, strict=True)]
     how = f"Mean error of z over the depth range (the paper: over z), {name} from the front, 256x256, n = 60, m = {list(ERROR)}"
     limits = list(ERROR.values())
@@ -58,7 +58,8 @@ def _accuracy(bench: Bench, name: str) -> list[dict]:
     ]
 
 
-def _z_error(camera, turned: np.ndarray, simplify, m: int) -> float:
+def z_error(camera, turned: np.ndarray, simplify, m: int) -> float:
+    """P16: mean error of z over the map's depth range, of rotated rows (R, w) simplified to m points by `simplify`."""
     shown = srdm.heights(simplify(srdm.with_spans(turned, m), m), turned.shape[1])
     off = np.abs(camera.depth(shown) - camera.depth(turned.astype(np.float64)))[~np.isnan(turned)]
     extent = camera.depth(np.nanmin(turned)) - camera.depth(np.nanmax(turned))

@@ -95,9 +95,14 @@ class Bench:
         mask = self.ray_map.covered()
         shown, true = (np.zeros(mask.shape, bool) for _ in range(2))
         shown[mask], true[mask] = answer.status == STATUS_HIT, np.isfinite(self.distance)
-        # A digital outline is 4 / pi as long as the curve, in the mean over directions.
-        outline = sum(np.count_nonzero(np.diff(true, axis=a)) for a in (0, 1)) * np.pi / 4
-        return float(np.count_nonzero(shown != true) / outline)
+        return outline_error(shown, true)
+
+
+def outline_error(shown: np.ndarray, true: np.ndarray) -> float:
+    """Mean distance in pixels between the outlines of two shapes, (H, W) bool each."""
+    # A digital outline is 4 / pi as long as the curve, in the mean over directions.
+    outline = sum(np.count_nonzero(np.diff(true, axis=a)) for a in (0, 1)) * np.pi / 4
+    return float(np.count_nonzero(shown != true) / max(outline, 1.0))
 
 
 def part(rays: Rays, chosen: np.ndarray) -> Rays:
@@ -120,7 +125,7 @@ def depth_scene() -> tuple[bpy.types.Scene, str]:
     the paper's Fig 3, seen from the side."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    thing, name = _object()
+    thing, name = bunny()
     thing.name = "Object"
     for made, metallic in ((thing, 0.0), (thing.copy(), 1.0)):
         material = bpy.data.materials.new("Mirror" if metallic else "Matt")
@@ -146,7 +151,7 @@ def depth_scene() -> tuple[bpy.types.Scene, str]:
     return scene, name
 
 
-def _object() -> tuple[bpy.types.Object, str]:
+def bunny() -> tuple[bpy.types.Object, str]:
     """The bunny from REFLECT_SHARED or the folder beside the checkout, else Suzanne; two metres wide, at the origin."""
     beside = Path(__file__).resolve().parents[3] / "shared"
     for folder in (os.environ.get("REFLECT_SHARED"), beside):
