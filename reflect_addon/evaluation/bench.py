@@ -7,13 +7,16 @@ from pathlib import Path
 
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
-from . import bench_depth, bench_ground, bench_popescu, bench_srdm
+from . import bench_depth, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm
 
 FORMAT = 1
 # paper -> what measures its targets, each measure(progress) -> rows. A paper whose methods do not exist yet has no entry.
 PAPERS: dict[str, tuple[Callable, ...]] = {
-    "popescu": (bench_popescu.measure, bench_ground.measure, bench_srdm.measure, bench_depth.measure)
-}
+    "popescu": (
+        bench_popescu.measure, bench_mirrors.measure, bench_limits.measure, bench_ground.measure, bench_srdm.measure,
+        bench_depth.measure,
+    )
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class Target:
     id: str
     paper: float | list[float] | None
     ours: float | list[float]
-    target: float | list[float]
+    target: float | list[float] | None  # None: reported, nothing is asked of it
     holds: bool
     how: str  # one sentence
 

@@ -56,10 +56,11 @@ class Renderer:
         attenuation: float | None = None,
         kernel: Callable[[str], Callable] = registered_kernel,
         surfaces: Asset | None = None,
+        resolve: type[Resolve] = Resolve,
     ):
         self.gpu = ensure()
         self._counts = Counts()
-        self._kernel = kernel
+        self._kernel, self._resolve_type = kernel, resolve
         self.attenuation = attenuation
         self._view = View()
         self._batch = triangle_batch()
@@ -124,7 +125,7 @@ class Renderer:
     def _plan_resolve(self):
         used = {s.material for s in self._raymap.sections}
         plan = ResolvePlan.of(self.snapshot, used, self.attenuation, self._look.look)
-        self._resolve = Resolve(plan, self.attenuation, self._counts)
+        self._resolve = self._resolve_type(plan, self.attenuation, self._counts)
 
     def _group_reflectors(self) -> list[Group]:
         groups: list[Group] = []
