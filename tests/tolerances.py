@@ -109,3 +109,8 @@ GROUND_HIT = 0.01
 CONTACT_HIT_P50 = 0.003
 CONTACT_HIT_P95 = 0.01
 CONTACT_LOST = 0.02
+# evaluation/stability.py: rays that float32 and float64 send to different places. Of those that graze a plane by 1e-7 m or
+# pass exactly through a depth camera's eye one in fifty is decided by the last bit; of others one in thousands.
+STABILITY_OTHER = 0.03
+# ... and how far, in float32 steps of the largest coordinate, the others' places differ: some ten operations' roundings.
+STABILITY_ULPS = 20

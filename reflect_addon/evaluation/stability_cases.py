@@ -15,6 +15,7 @@ from ..core.snapshot import SceneSnapshot
 from .stability_scene import MATTE, MIRROR, ball, box, broken, grid, scene_of, torus
 
 AT = np.array([0.3, -0.2, 0.1])  # middle of the mirror ball, radius 0.5
+BESIDE = np.array([[1.6, 0.3, 0.2], [-1.5, 1.0, -0.6], [-1.0, -1.3, 0.2]])  # torus, crate, second mirror
 HITHER, YON = 1e-3, 1e2
 
 
@@ -61,11 +62,14 @@ def _placed(size: float, away: float) -> SceneSnapshot:
 
 
 def _reflected(size: float, away: float):
-    """From the mirror ball, all over and in all directions above its surface."""
+    """From the mirror ball, all over and in all directions above its surface; two in three towards what stands beside it."""
 
     def rays(rng, count, assets):
         out = _unit(rng.normal(size=(count, 3)))
         direction = _unit(out + 0.999 * _unit(rng.normal(size=(count, 3))))
+        towards = _unit(BESIDE[rng.integers(len(BESIDE), size=count)] + rng.normal(size=(count, 3)) * 0.25 - AT - 0.501 * out)
+        seen = ((towards * out).sum(1) > 0.01) & (np.arange(count) % 3 > 0)
+        direction[seen] = towards[seen]
         return _rays((AT + 0.501 * out) * size + away, direction)
 
     return rays
