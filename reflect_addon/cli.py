@@ -95,8 +95,8 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("folders", nargs="+", type=Path, metavar="DIR")
     report.add_argument("--out", type=Path, required=True, metavar="DIR")
 
-    bench = verbs.add_parser("bench", help="the papers' targets, measured")
-    bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "all"))
+    bench = verbs.add_parser("bench", help="the papers' targets and the numerical stability, measured")
+    bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "stability", "all"))
     bench.add_argument("--out", type=Path, required=True, metavar="DIR")
 
     # Without help text: for evaluate alone, which calls it on a copy of the file.

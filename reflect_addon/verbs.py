@@ -125,8 +125,12 @@ def report(arguments) -> None:
 def bench(arguments) -> None:
     from .evaluation.bench import bench as measure
 
+    from .evaluation.bench_table import text
+
     check_folder(arguments.out)
-    _print(arguments, measure(arguments.which, arguments.out, _progress(arguments)))
+    for path in measure(arguments.which, arguments.out, _progress(arguments)):
+        _print(arguments, text(path))
+        _print(arguments, path)
 
 
 def check_blender() -> None:

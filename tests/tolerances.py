@@ -111,3 +111,8 @@ CONTACT_HIT_P95 = 0.01
 CONTACT_LOST = 0.02
 # A rough floor's picture of a leg beside Cycles', row by row: 64 rays of the lobe a pixel, 256 paths, 64 pixels across.
 GLOSSY_WIDTH, GLOSSY_LIGHT = 0.08, 0.05
+# evaluation/stability.py: rays that float32 and float64 send to different places. Of those that graze a plane by 1e-7 m or
+# pass exactly through a depth camera's eye one in fifty is decided by the last bit; of others one in thousands.
+STABILITY_OTHER = 0.03
+# ... and how far, in float32 steps of the largest coordinate, the others' places differ: some ten operations' roundings.
+STABILITY_ULPS = 20

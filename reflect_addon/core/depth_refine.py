@@ -62,6 +62,7 @@ def refined(k, asset, corner, w, steep, first, step, found, s, fall):
     k.cite("from the poly-line to the depth map: one step of Newton's method ...")
     above, q = look(s)
     moved = k.clamp(above / k.max(fall, 1e-20), -REACH * texel, REACH * texel)
+    begun, began = s, above
     s = k.name("newton", k.select(q >= 0.0, k.clamp(s + moved, 0.0, 1.0), s))
     k.cite("... then texel by texel until the ray has crossed the map, and between the two by the secant")
     above, q = look(s)
@@ -75,6 +76,8 @@ def refined(k, asset, corner, w, steep, first, step, found, s, fall):
         share = k.clamp(above / k.away_from_zero(above - now, 1e-20), 0.0, 1.0)
         return (crossed, k.select(crossed, s + way * share, best), t, now, other), crossed | ~solid
 
+    # Where no crossing is found, Newton's step is kept only if it came nearer: it may have left the surface.
+    otherwise = k.name("otherwise", k.select(k.abs(above) <= k.abs(began), s, begun))
     # A count that is known only per ray: compilers unroll others, and a walk that is unrolled cannot end early.
-    walked = k.loop(k.select(found, float(REACH), 0.0), (False, s, s, above, q), walk)[1]
-    return k.name("walked", k.select(q >= 0.0, walked, s))
+    walked = k.loop(k.select(found, float(REACH), 0.0), (False, otherwise, s, above, q), walk)[1]
+    return k.name("walked", k.select(q >= 0.0, walked, begun))

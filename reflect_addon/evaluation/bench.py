@@ -1,4 +1,5 @@
-"""The targets, measured: DIR/targets.json with a row per target. One module per paper adds its rows here."""
+"""The targets, measured: DIR/targets.json with a row per target. One module per paper adds its rows here. `stability` is no
+paper: it writes DIR/stability.json (stability.py). The report shows both."""
 
 import json
 from collections.abc import Callable
@@ -7,13 +8,18 @@ from pathlib import Path
 
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
-from . import bench_depth, bench_ground, bench_popescu, bench_srdm
+from . import bench_depth, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, stability
 
 FORMAT = 1
+FILE_NAME = "targets.json"
+STABILITY = "stability"
 # paper -> what measures its targets, each measure(progress) -> rows. A paper whose methods do not exist yet has no entry.
 PAPERS: dict[str, tuple[Callable, ...]] = {
-    "popescu": (bench_popescu.measure, bench_ground.measure, bench_srdm.measure, bench_depth.measure)
-}
+    "popescu": (
+        bench_popescu.measure, bench_mirrors.measure, bench_limits.measure, bench_ground.measure, bench_srdm.measure,
+        bench_depth.measure,
+    )
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -23,21 +29,30 @@ class Target:
     id: str
     paper: float | list[float] | None
     ours: float | list[float]
-    target: float | list[float]
+    target: float | list[float] | None  # None: reported, nothing is asked of it
     holds: bool
     how: str  # one sentence
 
 
-def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> Path:
-    """Measures one paper's targets, or all there are, and writes out/targets.json; returns its path."""
-    chosen = list(PAPERS) if which == "all" else [which]
-    missing = [name for name in chosen if name not in PAPERS]
+def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> list[Path]:
+    """Measures one paper's targets, the numerical stability, or all there is; returns the paths of what it wrote in out."""
+    papers = list(PAPERS) if which == "all" else [which] if which != STABILITY else []
+    missing = [name for name in papers if name not in PAPERS]
     if missing:
         raise ReflectError(
             f"No target of {missing[0]} can be measured yet: its methods do not exist in this version.",
-            f"Measure one of: {', '.join(PAPERS)}, all.",
+            f"Measure one of: {', '.join(PAPERS)}, {STABILITY}, all.",
         )
-    parts = [measure for name in chosen for measure in PAPERS[name]]
+    written = []
+    if papers:
+        written.append(_targets(papers, Path(out), progress))
+    if which in (STABILITY, "all"):
+        written.append(stability.write(stability.measure(progress), Path(out)))
+    return written
+
+
+def _targets(papers: list[str], out: Path, progress) -> Path:
+    parts = [measure for name in papers for measure in PAPERS[name]]
     rows = []
     for number, measure in enumerate(parts):
 
@@ -45,7 +60,7 @@ def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> Pa
             return progress((number + share) / len(parts), what)
 
         rows += [Target(**row) for row in measure(tell)]
-    path = Path(out) / "targets.json"
+    path = out / FILE_NAME
     data = {"format": FORMAT, "rows": [asdict(row) for row in rows]}
     write_whole(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())
     return path

@@ -11,7 +11,7 @@ from ..core.depth_fit import DepthView
 from ..core.kernel import Counts, record, run_numpy
 from ..core.methods import depth_maps, environment, layered_distance
 from ..core.rays import Rays
-from . import epipolar
+from . import bench_limits, epipolar
 from .bench_depth_scene import SIZE, Bench, depth_scene, part, search_only
 from .bench_row import row
 from .frame import open_frame
@@ -34,7 +34,7 @@ def measure(progress) -> list[dict]:
     with open_frame(scene, None) as snapshot:
         bench = Bench(scene, snapshot)
         progress(0.2, f"popescu: depth maps of {name}")
-        rows = [*_accuracy(bench, name), *_outlines(bench)]
+        rows = [*_accuracy(bench, name), *_outlines(bench), bench_limits.many_points(bench)]
         progress(0.5, "popescu: timing depth maps")
         return rows + _against_the_march(bench) + _frames(bench)
 

@@ -40,6 +40,7 @@ img { width: 100%; display: block; border-radius: 6px; background: #777; image-r
 th, td { padding: 5px 6px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 tr > :first-child, .settings { text-align: left; } tr:first-child th { color: var(--soft); font-weight: 600; cursor: help; white-space: normal; vertical-align: bottom; }
 td.bad { color: var(--bad); font-weight: 700; } abbr { color: var(--accent); text-decoration: none; cursor: help; }
+.bench td { white-space: normal; } .bench td.settings { min-width: 9em; } .bench td:last-child.settings { min-width: 34em; }
 details { margin-top: 10px; } summary { cursor: pointer; color: var(--accent); } .notes { color: var(--soft); font-size: 14px; margin: 12px 0 0; padding-left: 20px; }
 .none { color: var(--soft); border: 1px dashed var(--line); border-radius: 6px; padding: 20px; text-align: center; }
 .bar { display: inline-block; width: 180px; height: 12px; border-radius: 3px; margin-right: 10px; vertical-align: -1px; }

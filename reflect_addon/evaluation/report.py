@@ -1,4 +1,7 @@
-"""One HTML page from results.json files: pictures side by side, tables, error against time and memory. Self-contained."""
+"""One HTML page from results.json files: pictures side by side, tables, error against time and memory. Self-contained.
+
+What ./dev bench left in the folders stands in it too (bench_table.py), alone where nothing else was measured.
+"""
 
 import base64
 from html import escape
@@ -8,10 +11,10 @@ from ..core import methods as registry
 from ..core.errors import ReflectError
 from ..core.pareto import pareto_front
 from ..core.safe_write import write_whole
-from . import maps
+from . import bench_table, maps
 from .page import CSS, TEMPLATE
 from .plot import Point, scatter
-from .rows import Row, read_rows
+from .rows import FILE_NAME, Row, read_rows
 
 # field, heading, digits, factor, what it is
 COLUMNS = (
@@ -37,6 +40,7 @@ COLUMNS = (
 )
 PICTURES = ("answer", "difference", "hit_error", "composite")
 CAPTIONS = {"answer": "its rays", "difference": "difference", "hit_error": "hit-point error", "composite": "as the viewport draws it"}
+HEAD = "<header><h1>Reflect: how wrong, for what it costs</h1></header>"
 PEER = "eevee"  # evaluation/peer.py
 EEVEE = (
     "EEVEE's own picture of the frame, a peer and no method of ours: screen tracing cannot show what is off screen or hidden, "
@@ -47,14 +51,21 @@ EEVEE = (
 
 def report(folders: list[Path], out: Path) -> Path:
     """Writes out/index.html from the results of the folders and returns its path. ReflectError names what is wrong."""
-    found = [(Path(folder), row) for folder in folders for row in read_rows(folder)]
-    if not found:
+    measured = {Path(folder): bench_table.sections(folder) for folder in folders}
+    # A folder of ./dev bench alone need not have results.
+    evaluated = [f for f, bench in measured.items() if not bench or (f / FILE_NAME).exists()]
+    found = [(folder, row) for folder in evaluated for row in read_rows(folder)]
+    benches = [section for bench in measured.values() for section in bench]
+    if not found and not benches:
         raise ReflectError(
             f"There are no rows in {', '.join(map(str, folders))}.", "Evaluate a scene that has a reflector first."
         )
     frames = _frames(found)
     rows = [row for _, row in found]
-    body = [_head(rows), _methods(rows), *(_frame(key, part) for key, part in frames.items()), _legend()]
+    body = [HEAD]
+    if rows:
+        body = [_head(rows), _methods(rows), *(_frame(key, part) for key, part in frames.items()), _legend()]
+    body += benches
     path = Path(out) / "index.html"
     write_whole(path, TEMPLATE.format(css=CSS, body="\n".join(body)).encode())
     return path
@@ -98,7 +109,7 @@ def _head(rows: list[Row]) -> str:
     peer = " and EEVEE's own picture" if PEER in names else ""
     names.discard(PEER)
     out = [
-        "<header><h1>Reflect: how wrong, for what it costs</h1>",
+        HEAD.removesuffix("</header>"),
         f"<p class='lead'>{len(scenes)} {'scene' if len(scenes) == 1 else 'scenes'}, {len(names)} "
         f"{'method' if len(names) == 1 else 'methods'}{peer}, judged against Cycles along exactly the rays that the shader "
         "answers. Both sides answer single rays: no footprint filtering on either. Mirror radiance is judged, before "

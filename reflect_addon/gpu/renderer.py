@@ -59,10 +59,11 @@ class Renderer:
         kernel: Callable[[str], Callable] = registered_kernel,
         surfaces: Asset | None = None,
         most_rays: int = lobe_rays.LIVE,
+        resolve: type[Resolve] = Resolve,
     ):
         self.gpu = ensure()
         self._counts = Counts()
-        self._kernel = kernel
+        self._kernel, self._resolve_type = kernel, resolve
         self.attenuation = attenuation
         self.most_rays = most_rays
         self._view = View()
@@ -128,7 +129,7 @@ class Renderer:
     def _plan_resolve(self):
         used = {s.material for s in self._raymap.sections}
         plan = ResolvePlan.of(self.snapshot, used, self.attenuation, self._look.look)
-        self._resolve = Resolve(plan, self.attenuation, self._counts)
+        self._resolve = self._resolve_type(plan, self.attenuation, self._counts)
 
     def _group_reflectors(self) -> list[Group]:
         groups: list[Group] = []

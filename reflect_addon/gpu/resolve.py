@@ -146,8 +146,8 @@ class Resolve:
             shader.image("position_tx", answer.position_tx)
             shader.set("half_distance", self.half_distance)
 
-    def _shared(self):
-        """(generated includes, uniforms, samplers) that every resolve shader has."""
+    def _reflectance(self) -> tuple[str, str]:
+        """(GLSL functions, GLSL that sets `reflectance` and `opacity` from cosine, base, tint, weight)."""
         options = {"has_metal": self.plan.has_metal, "has_dielectric": self.plan.has_dielectric}
         recorded = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
         # Asked for in both cases; the composite drops opacity when the driver sees that nobody reads it.
@@ -160,7 +160,12 @@ class Resolve:
             "ior": "tint.a",
             "weight": "weight",
         }
-        sources, attenuation_call = [kernel.source], ""
+        return kernel.source, call_text(kernel, arguments)
+
+    def _shared(self):
+        """(generated includes, uniforms, samplers) that every resolve shader has."""
+        source, reflectance_call = self._reflectance()
+        sources, attenuation_call = [source], ""
         samplers = [("FLOAT_2D", n) for n in ("origin_tx", "direction_tx", "normal_tx", "material_tx")]
         samplers += [("FLOAT_2D", "radiance_tx"), ("FLOAT_2D", "materials_tx")]
         uniforms = []
@@ -178,7 +183,7 @@ class Resolve:
             )
         generated = (
             ("shading", "\n".join(sources)),
-            ("reflectance_call", call_text(kernel, arguments)),
+            ("reflectance_call", reflectance_call),
             ("attenuation_call", attenuation_call),
         )
         return generated, tuple(uniforms), tuple(samplers)

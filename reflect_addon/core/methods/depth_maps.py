@@ -49,13 +49,14 @@ DEFAULTS = {
 }
 
 
-def bake(job: BakeJob) -> Asset:
-    """Quads for what is flat, depth maps for what is not, and the environment without either."""
+def bake(job: BakeJob, choose=views_for) -> Asset:
+    """Quads for what is flat, depth maps for what is not, and the environment without either. choose: the maps to be taken
+    of volumes, as views_for does it."""
     _check(job.settings)
     quads, backdrop = billboards.with_backdrop(job, NAME)
     flat = [q for q in quads if q.shared]
     volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared))
-    stand_ins = [*flat, *views_for(job, volumes)]
+    stand_ins = [*flat, *choose(job, volumes)]
     captured = capture(job, stand_ins)
     # What is only lit comes first, quads before maps in each part: the tertiary ray looks among these rows alone.
     order = sorted(range(len(stand_ins)), key=lambda i: (captured[i].normals is not None, i))

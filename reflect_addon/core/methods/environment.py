@@ -115,5 +115,7 @@ def trace(k, asset, ray) -> Hit:
 def answer(k, asset, direction, angle, status) -> Hit:
     """Kernel shared by every method that ends in the cube map: what it shows along `direction` from its centre."""
     radiance, distance = cubemap.look_up(k, asset, direction, angle)
-    position = asset.uniforms["center"] + k.normalize(direction) * distance
+    # A null direction shows the middle of the first face (cubemap.look_up), and so says where that is.
+    towards = k.select(k.dot(direction, direction) > 0.0, k.normalize(direction), k.vec3(1.0, 0.0, 0.0))
+    position = asset.uniforms["center"] + towards * distance
     return Hit(radiance=radiance, position=position, coverage=1.0, status=status)
