@@ -2,11 +2,13 @@
 
 Whatever is compared is timed in turns, and a ratio is the median of the turns' own ratios: what else the machine does
 falls on all of them alike. On software OpenGL only ratios of figures from one run mean anything.
+
+Where the processor draws, its own time says what a frame costs even while others use the machine: `processor_clock`.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 
@@ -37,21 +39,30 @@ class Times:
         return float(np.median(self.ms[work, usable] / self.ms[base, usable])) if usable.any() else None
 
 
-def time_in_turns(works: Sequence[Work], turns: int, frames: int) -> Times:
+def processor_clock() -> Callable[[], float]:
+    """Seconds of this process's threads, on a device that is one of them; elsewhere seconds of the wall clock."""
+    from .device import describe
+
+    return process_time if describe()["device"] == "SOFTWARE" else perf_counter
+
+
+def time_in_turns(
+    works: Sequence[Work], turns: int, frames: int, clock: Callable[[], float] = perf_counter
+) -> Times:
     """Each work `turns` times, one after the other, after a warm-up. A difference below zero is noise and counts as zero."""
     for work in works:
         for _ in range(2):
             work.submit()
         work.finish()
-    return Times(np.array([[_time(work, frames) for work in works] for _ in range(turns)]).T.reshape(len(works), turns))
+    return Times(np.array([[_time(work, frames, clock) for work in works] for _ in range(turns)]).T.reshape(len(works), turns))
 
 
-def _time(work: Work, frames: int) -> float:
+def _time(work: Work, frames: int, clock) -> float:
     spent = []
     for count in (frames, 2 * frames):
-        start = perf_counter()
+        start = clock()
         for _ in range(count):
             work.submit()
         work.finish()
-        spent.append(perf_counter() - start)
+        spent.append(clock() - start)
     return max(spent[1] - spent[0], 0.0) / frames * 1e3
