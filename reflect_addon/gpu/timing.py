@@ -61,8 +61,11 @@ def close_ratio(
     work: Work, base: Work, turns: int, frames: int, clock: Callable[[], float] = perf_counter
 ) -> float:
     """How many times as long as the base a work takes that takes about as long: the median of whole runs' ratios, the one
-    and the other going first in turns. A run's read-back counts here: of many frames it moves a ratio by less than it
-    scatters where it is left out, as a difference of two runs is three times as uncertain as their sum."""
+    and the other going first in turns.
+
+    A run's read-back counts here, which moves a ratio near 1 by less than it scatters where that is left out: a difference
+    of two runs is three times as uncertain as their sum. Many short runs tell more than few long ones.
+    """
     pair = (work, base)
     for one in pair:
         _spent(one, 2, clock)
