@@ -100,13 +100,11 @@ def level_of(k, ray, distance, detail):
 
 
 def sample(k, image, place, level, u, v):
-    """Bilinear texel of one level (None: the finest) of one row's block; see billboard_atlas for where levels lie."""
+    """Bilinear texel of one level of one row's block; see billboard_atlas for where levels lie."""
     width, height = place.z, place.w
     across, up = (u * 0.5 + 0.5) * width, (v * 0.5 + 0.5) * height
-    if level is None:
-        return k.sample(image, place.x + across, place.y + up)
-    scale = k.name("level_scale", k.exp2(-level))
     above = level >= 1.0
+    scale = k.name("level_scale", k.select(above, k.exp2(-level), 1.0))
     x = place.x + k.select(above, width + 2.0, 0.0)
     y = place.y + k.select(above, height * (1.0 - 2.0 * scale) + 2.0 * (level - 1.0), 0.0)
     return k.sample(image, x + across * scale, y + up * scale)

@@ -172,12 +172,9 @@ def blend_levels(k, level, coarsest, sample_at):
     A level that rounding puts on the other side of a whole number is blended with the other neighbour at a share near
     0 or 1, so that the inexact log2 of graphics cards shows nowhere.
     """
-
-    def between():
-        low = k.name("low_level", k.min(k.floor(level), coarsest - 1.0))  # never reads past the coarsest
-        return (k.mix(sample_at(low), sample_at(low + 1.0), level - low),)
-
-    return k.branch(level > 0.0, between, lambda: (sample_at(None),))[0]
+    low = k.name("low_level", k.max(k.min(k.floor(level), coarsest - 1.0), 0.0))  # never reads past the coarsest
+    fine = sample_at(low)
+    return k.branch(level > 0.0, lambda: (k.mix(fine, sample_at(low + 1.0), level - low),), lambda: (fine,))[0]
 
 
 def _face(k, d):
@@ -203,11 +200,9 @@ def _texel(n, scale, x0, y0, face, s, t):
 
 
 def _sample(k, image, n, level, bottom, face, s, t):
-    """Bilinear texel of one level; level None is level 0 known while recording."""
-    if level is None:
-        return k.sample(image, *_texel(n, 1.0, 0.0, bottom, face, s, t))
+    """Bilinear texel of one level."""
     # exp2 may be off by a rounding: 1e-4 of a texel, and the border keeps even that inside the face.
-    scale = k.name("level_scale", k.exp2(-level))
+    scale = k.name("level_scale", k.select(level >= 1.0, k.exp2(-level), 1.0))
     column = level >= 2.0
     x0 = k.select(column, 3.0 * n + 12.0, 0.0)
     high = n + 2.0 + 0.5 * n - 2.0 * n * scale + 2.0 * (level - 2.0)

@@ -11,8 +11,9 @@ one surface, else the nearest counts. Eight points a row are then nearer to the 
 
 import numpy as np
 
-# Texels from the poly-line's hit in which the map's is looked for: beyond, it is another surface's.
-REACH = 8
+# Texels from the poly-line's hit in which the map's is looked for. Few walks are long: 8 read 0.03 texels a ray less, and left the 95 % hit
+# error of Suzanne at 0.0034 of the diagonal, where 16 make it 0.0013 and a march over every texel 0.0014.
+REACH = 16
 # Texels of depth between two neighbours, over `steep`, up to which they are one surface: they may lie diagonally.
 DIAGONAL = 1.5
 # Depth of what is not there: below every q.

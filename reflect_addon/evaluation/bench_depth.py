@@ -1,6 +1,6 @@
 """Targets of popescu-2006 on depth maps: what a search costs and where it ends, against marches, over m and n.
 
-All times are ratios within this run, all counts are deterministic.
+All times are ratios within this run, in processor time where the processor draws; all counts are deterministic.
 """
 
 import numpy as np
@@ -17,6 +17,9 @@ from .bench_row import row
 from .frame import open_frame
 
 TURNS, FRAMES = 11, 3
+# P15 asks for 3 %: a frame against itself came out within 1 % so, while thirteen jobs shared two cores; 20 turns of 6 frames
+# were 4 % off.
+CLOSE_TURNS, CLOSE_FRAMES = 60, 2
 # Rays are drawn so many times in one pass, so that what a pass costs by itself does not count.
 REPEATED = 8
 # P14 and P16: the paper's points per row, its frames per second and its errors.
@@ -88,21 +91,19 @@ def _outlines(bench: Bench) -> list[dict]:
 def _against_the_march(bench: Bench) -> list[dict]:
     """P3, P18 and the issue's factor: the same rays and the same depth map."""
     from ..gpu.fill import RayBundle
-    from ..gpu.timing import time_in_turns
+    from ..gpu.timing import processor_clock, time_in_turns
 
     crossing = bench.crossing()
     rays, eight, plain = part(bench.rays, crossing), bench.asset(points=8), bench.asset(points=16, refine=False)
-    steps = {}
-    for what, kernel, asset in (("march", epipolar.trace, eight), ("rows", depth_maps.trace, plain)):
-        counts = Counts()
-        run_numpy(record(kernel, asset), asset, rays, counts=counts)
-        steps[what] = counts.steps_per_ray - 1  # the loop over maps takes one
+    looks = {"march": (epipolar.trace, eight), "rows": (depth_maps.trace, plain)}
+    steps = {what: _counted(*of, rays).steps_per_ray - 1 for what, of in looks.items()}  # the loop over maps takes one
     bundle = RayBundle(Rays(*(np.tile(a, (REPEATED, 1)) for a in (rays.origin, rays.direction))))
     works = [
         (search_only(), eight), (search_only(epipolar.march), eight), (depth_maps.trace, eight), (epipolar.trace, eight),
         (layered_distance.trace, bench.asset(layered_distance)),
     ]  # fmt: skip
-    times = time_in_turns([bundle.work(asset, kernel) for kernel, asset in works], TURNS, FRAMES)
+    fetched = [_counted(*work, rays).fetches_per_ray for work in works[:2]]
+    times = time_in_turns([bundle.work(asset, kernel) for kernel, asset in works], TURNS, FRAMES, processor_clock())
     ours, march = (bench.errors(kernel, eight, crossing) for kernel in (depth_maps.trace, epipolar.trace))
     quantiles = [np.percentile(e, (50, 95)).tolist() for e in (ours, march)]
     no_worse = bool(np.all(np.array(quantiles[0]) <= quantiles[1]))
@@ -113,7 +114,8 @@ def _against_the_march(bench: Bench) -> list[dict]:
         row("P3", over, [1.0, 1.0], min(over) > 1,
             f"Rays a second with m = 8, colours included, over the march's and over layered_distance's: {rate:.3g} here; {what}.",
             paper=1.4e6),
-        row("I3-march", factor, 4.0, factor >= 4, f"Search alone, m = 8: march's time over ours; {what}."),
+        row("I3-march", factor, 4.0, factor >= 4,
+            f"Search alone, m = 8: march's time over ours; texels of all tables a ray {fetched[0]:.1f}, the march's {fetched[1]:.1f}; {what}."),
         row("I3-march-error", quantiles[0], quantiles[1], no_worse, "Hit error over the diagonal, 50 and 95 %; target: the march's."),
         row("P18", looked, 15, looked <= 15, f"Segments looked at a ray, m = 16; {what}.", paper=63),
     ]  # fmt: skip
@@ -121,21 +123,33 @@ def _against_the_march(bench: Bench) -> list[dict]:
 
 def _frames(bench: Bench) -> list[dict]:
     """P14, P15 and the cost over an environment map: whole frames."""
-    from ..gpu.timing import time_in_turns
+    from ..gpu.timing import close_ratio, processor_clock, time_in_turns
 
+    clock = processor_clock()
     assets = [bench.asset(environment, samples=1), *(bench.asset(points=m) for m in SPEED)]
-    assets += [bench.asset(points=8, turns=n) for n in (18, 180)]
-    times = time_in_turns([bench.frame(asset) for asset in assets], TURNS, FRAMES)
+    times = time_in_turns([bench.frame(asset) for asset in assets], TURNS, FRAMES, clock)
     order = list(SPEED)
     over = [times.ratio(1 + i, 1) for i in range(len(order))]
-    cost, change = times.ratio(1 + order.index(8), 0), times.ratio(6, 5)
+    cost = times.ratio(1 + order.index(8), 0)
+    few, many = (bench.asset(points=8, turns=n) for n in (18, 180))
+    change = close_ratio(bench.frame(many), bench.frame(few), CLOSE_TURNS, CLOSE_FRAMES, clock)
+    crossing = part(bench.rays, bench.crossing())
+    fetched = [_counted(search_only(), asset, crossing).fetches_per_ray for asset in (few, many)]
     frame = f"Whole frames, {SIZE[0]}x{SIZE[1]}, one map"
     return [
         row("I3-environment", cost, 2.5, cost <= 2.5, f"{frame}, m = 8: time over environment's."),
         row("P14", over, 1.56, over[-1] <= 1.56, f"{frame}: time over that of m = 6 for m = {order}.",
             paper=[25 / v for v in SPEED.values()]),
-        row("P15", change, 1.0, 0.97 <= change <= 1.03, f"{frame}, m = 8: time with n = 180 over n = 18, within 3 %.", paper=1.0),
+        row("P15", change, 1.0, 0.97 <= change <= 1.03,
+            f"{frame}, m = 8: time with n = 180 over n = 18, within 3 %; texels a ray {fetched[1]:.2f} and {fetched[0]:.2f}.",
+            paper=1.0),
     ]  # fmt: skip
+
+
+def _counted(kernel, asset, rays: Rays) -> Counts:
+    counts = Counts()
+    run_numpy(record(kernel, asset), asset, rays, counts=counts)
+    return counts
 
 
 def _below(values, limits) -> bool:

@@ -57,12 +57,34 @@ def time_in_turns(
     return Times(np.array([[_time(work, frames, clock) for work in works] for _ in range(turns)]).T.reshape(len(works), turns))
 
 
+def close_ratio(
+    work: Work, base: Work, turns: int, frames: int, clock: Callable[[], float] = perf_counter
+) -> float:
+    """How many times as long as the base a work takes that takes about as long: the median of whole runs' ratios, the one
+    and the other going first in turns.
+
+    A run's read-back counts here, which moves a ratio near 1 by less than it scatters where that is left out: a difference
+    of two runs is three times as uncertain as their sum. Many short runs tell more than few long ones.
+    """
+    pair = (work, base)
+    for one in pair:
+        _spent(one, 2, clock)
+    ratios = []
+    for turn in range(turns):
+        ms = {which: _spent(pair[which], frames, clock) for which in ((0, 1) if turn % 2 else (1, 0))}
+        ratios.append(ms[0] / ms[1])
+    return float(np.median(ratios))
+
+
 def _time(work: Work, frames: int, clock) -> float:
-    spent = []
-    for count in (frames, 2 * frames):
-        start = clock()
-        for _ in range(count):
-            work.submit()
-        work.finish()
-        spent.append(clock() - start)
-    return max(spent[1] - spent[0], 0.0) / frames * 1e3
+    once, twice = (_spent(work, count, clock) for count in (frames, 2 * frames))
+    return max(twice - once, 0.0) / frames * 1e3
+
+
+def _spent(work: Work, frames: int, clock) -> float:
+    """Seconds of so many frames and the read-back that waits for them."""
+    start = clock()
+    for _ in range(frames):
+        work.submit()
+    work.finish()
+    return clock() - start

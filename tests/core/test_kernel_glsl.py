@@ -91,6 +91,20 @@ def test_dead_loop_states_are_not_in_the_text():
     assert "float i" not in source, "the index is not read"
 
 
+def test_a_loop_of_one_step_is_none():
+    def kernel(k, scope, a):
+        count = scope.options["count"]
+        return {"x": k.loop(count, (a,), lambda i, x: ((x * 2.0 + i,), x > 5.0))[0]}
+
+    def text(count):
+        program = record_function(kernel, {"a": "float"}, options={"count": count})
+        return emit_glsl(program, ("x",), "f").source
+
+    assert "for (int i_int = 0; i_int < 2; i_int++)" in text(2) and "break" in text(2)
+    assert "for (int i_int = 0; i_int < 0; i_int++)" in text(0)
+    assert not any(word in text(1) for word in ("for (", "break", "_int", "stop")) and "x = x * 2.0 + 0.0;" in text(1)
+
+
 def test_reserved_words_and_clashes_become_other_names():
     def kernel(k, scope, a):
         return {"x": k.name("sample", a + 1.0) * k.name("a", a + 2.0) * k.name("gl_x", a + 3.0)}

@@ -180,11 +180,11 @@ def test_no_other_mirror_no_second_loop():
     text = emit_glsl(record(billboards.trace, asset), ("radiance", "position")).source
     assert asset.options == {"count": 2, "mirrors": 0, "contours": True, "ground": False}
     assert "normal_tx" not in asset.images
-    assert text.count("for (") == 1 and "tertiary" not in text
+    assert text.count("float facing") == 1 and "tertiary" not in text
     one = snapshot(ball(), Ball=ball((2, 0, 0)), Floor=sheet(9, 9, (0, 0, -0.5)))
     asset = billboards.bake(job(one, {**SETTINGS, "texels": 16, "resolution": 8}))
     text = emit_glsl(record(billboards.trace, asset), ("radiance", "position")).source
-    assert text.count("for (") == 2 and "normal_tx" in asset.images
+    assert text.count("float facing") == 2 and "normal_tx" in asset.images
     # The environment's look-up stands in the code once, for the ray and its tertiary ray.
     assert text.count("cube_face =") == 1
 
@@ -192,7 +192,7 @@ def test_no_other_mirror_no_second_loop():
 def test_only_mirrors_no_loop_for_the_tertiary_ray(rng):
     asset = billboards.bake(job(snapshot(ball(), Ball=ball((2, 0, 0))), {**SETTINGS, "texels": 32, "resolution": 8}))
     assert (asset.options["count"], asset.options["mirrors"]) == (0, 1)
-    assert emit_glsl(record(billboards.trace, asset), ("radiance",)).source.count("for (") == 1
+    assert emit_glsl(record(billboards.trace, asset), ("radiance",)).source.count("float facing") == 1
     assert np.isfinite(answer(asset, from_the_ball(rng, 2000)).radiance).all()
 
 

@@ -1,7 +1,8 @@
 """The GLSL emitter: one readable function per program, for Blender's gpu module.
 
-Only what the wanted outputs need is in the text. Loops are `for` with `break`, branches are `if`; names are those of
-k.name and of loop-body parameters; k.cite became comments. Images are sampler2D and read with texelFetch.
+Only what the wanted outputs need is in the text. Loops are `for` with `break`, or a block where there is one step; branches
+are `if`; names are those of k.name and of loop-body parameters; k.cite became comments. Images are sampler2D and read with
+texelFetch. Loops are never `do ... while`: with a `break` in it Mesa 22.3 compiles another loop.
 """
 
 from bisect import bisect_right
@@ -223,13 +224,19 @@ class _Writer:
         for k in live:
             self.line(f"{loop.states[k].type} {names[k]} = {self.expression(node.args[k])[0]};")
             self.variables[loop.states[k]] = names[k]
-        counter = self.space.new(f"{loop.index.name}_int")
-        limit = f"{counter} < {loop.count}"
-        if loop.count is None:
-            limit = f"float({counter}) < {self.expression(node.args[-1])[0]}"
-        self.line(f"for (int {counter} = 0; {limit}; {counter}++) {{")
+        once = loop.count == 1
+        if once:
+            # Software OpenGL runs the body of a loop that it does not unroll once more, for nobody, to find that it has ended.
+            self.variables[loop.index] = text.literal(0.0)
+            self.line("{")
+        else:
+            counter = self.space.new(f"{loop.index.name}_int")
+            limit = f"{counter} < {loop.count}"
+            if loop.count is None:
+                limit = f"float({counter}) < {self.expression(node.args[-1])[0]}"
+            self.line(f"for (int {counter} = 0; {limit}; {counter}++) {{")
         self.indent += 1
-        if loop.index in self.plan.uses:
+        if not once and loop.index in self.plan.uses:
             self.variables[loop.index] = self.space.new(loop.index.name)
             self.line(f"float {self.variables[loop.index]} = float({counter});")
         self.block(loop.body)
@@ -241,7 +248,7 @@ class _Writer:
     def step(self, loop, live: tuple[int, ...], names: dict[int, str]) -> None:
         """The end of a loop body: stop is decided on the old states, then all states change at once."""
         stop = ""
-        if loop.has_stop:
+        if loop.has_stop and loop.count != 1:
             stop = self.expression(loop.body.results[-1])[0]
             if self.reads(loop.body.results[-1]) & set(loop.states):
                 name = self.space.new("stop")
