@@ -156,6 +156,13 @@ def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, ob
     return {**defaults, **{k: v for k, v in (overrides or {}).items() if k in defaults}}
 
 
+def has_settings(asset: Asset, overrides: dict[str, object]) -> bool:
+    """Whether a bake with these overrides would ask for what this asset was baked with. (`live`, and a setting that an asset
+    of an earlier version does not know, change nothing in it.)"""
+    asked = settings_for(asset.kind, overrides)
+    return all(value == asked[name] for name, value in asset.settings.items() if name in asked and name != "live")
+
+
 def inputs_hash(scene: SceneSnapshot, kind: str, reflector: Instance, settings: dict) -> str:
     """sha256 over everything that the content of an asset depends on. (`live` adds surfaces beside it and changes nothing.)"""
     settings = {name: value for name, value in settings.items() if name != "live"}

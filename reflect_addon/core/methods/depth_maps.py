@@ -12,6 +12,7 @@ map's colours are continued, so that a hit at the very edge shows the object and
 Limits. What no map sees is not there. A mesh that encloses the reflector lends its flat parts only.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -30,11 +31,29 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
 from ..remake import parts_of
+from ..settings import COMMON, Setting
 from . import billboards
 
 NAME = "depth_maps"
 LABEL = "Depth Maps"
 REQUIRES = ()
+SETTINGS = {
+    "texels": replace(COMMON["texels"], high=srdm.MAX_SIDE),
+    "maps": Setting("Maps", "Most depth maps of one object. Fewer are taken where fewer see all that is reflected", soft_high=16),
+    "self_reflections": Setting(
+        "Self Reflections", "Depth maps of the reflector itself where its own reflected rays meet it (a handle, a spout)"
+    ),
+    "turns": Setting("Turns", "Directions for which a depth map is simplified. More find edges better and need memory",
+                     soft_high=180, advanced=True),
+    "points": Setting("Points", "Points that are left of each row of a simplified depth map. More follow finer shapes and "
+                      "cost time for each pixel", low=2, high=srdm.MAX_SIDE, soft_high=64, advanced=True),
+    "rows": Setting("Rows", "Rows of a simplified depth map that a ray looks up. 2: sharper edges at twice the cost",
+                    high=2, advanced=True),
+    "optimal": Setting("Optimal", "The best simplified rows instead of good ones. Takes longer to bake", advanced=True),
+    "half": Setting("Half Precision", "Half the memory for the simplified rows, with coarser points", advanced=True),
+    "refine": Setting("Refine", "Move each hit from the simplified row onto the depth map itself. Without it reflections are "
+                      "drawn faster and less exactly", advanced=True),
+}  # fmt: skip
 DEFAULTS = {
     **{name: value for name, value in billboards.DEFAULTS.items() if name != "live"},  # maps only move: no surfaces
     "texels": 256,
