@@ -15,7 +15,6 @@ COUNT = 4096
 LIFT = 2e-5
 # A viewer stands at least this many of the reflector's radii away.
 VIEW = 1.0
-_PER_RAY = ("radiance", "position", "normal", "object", "hit")
 
 
 def reflected(job: BakeJob, count: int = COUNT, seed: int = 7) -> tuple[Rays, Hits]:
@@ -31,8 +30,7 @@ def reflected(job: BakeJob, count: int = COUNT, seed: int = 7) -> tuple[Rays, Hi
     low, high = job.scene.bounds([job.reflector])
     clear = VIEW * float(np.linalg.norm(high - low)) / 2
     free = ~hits.hit[n:] | (np.linalg.norm(hits.position[n:] - rays.origin, axis=-1) > clear)
-    part = Hits(*(getattr(hits, f)[:n][free] for f in _PER_RAY), hits.object_names)
-    return Rays(rays.origin[free], rays.direction[free]), part
+    return Rays(rays.origin[free], rays.direction[free]), hits.part(slice(0, n)).part(free)
 
 
 def sample_rays(job: BakeJob, count: int, seed: int) -> tuple[Rays, np.ndarray]:

@@ -23,6 +23,9 @@ from .intersect import intersector
 from .raytrace import trace
 
 
+# Kinds of stand-ins (core/remake.py) that are captured again when something moves or deforms. Flat things only move.
+CAPTURED = {"volume", "mirror", "flat_mirror", "map", "mirror_map"}
+
 
 @one_bake_at_a_time
 def bake_assets(
@@ -75,7 +78,7 @@ def bake_assets(
             done[kind] = asset
             paths.append(path)
             if asked.get("live"):
-                followed |= {part.instance for part in asset.parts if part.kind == "volume"}
+                followed |= {part.instance for part in asset.parts if part.kind in CAPTURED}
     if followed:
         text, start = "Surfaces that may move", (steps - 1) / steps
 

@@ -22,7 +22,7 @@ from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, pack, table_row, write_mirror
 from ..billboard_capture import Texels, capture
 from ..billboard_mirrors import mirror_rows
-from ..depth_atlas import TALLEST, fill_rows, stacked
+from ..depth_atlas import TALLEST, fill_rows, sphere_around, stacked
 from ..depth_choice import views_for
 from ..depth_fit import DepthView
 from ..depth_refine import NOTHING, corners_of
@@ -55,7 +55,7 @@ SETTINGS = {
                       "drawn faster and less exactly", advanced=True),
 }  # fmt: skip
 DEFAULTS = {
-    **{name: value for name, value in billboards.DEFAULTS.items() if name != "live"},  # maps only move: no surfaces
+    **billboards.DEFAULTS,
     "texels": 256,
     "maps": 4,  # most maps of one object
     "self_reflections": True,  # maps of the reflector itself, where its rays meet it
@@ -145,9 +145,7 @@ def _write_maps(job, rows: np.ndarray, stand_ins: list, captured: list[Texels], 
         depth = stand_ins[i].depth(captured[i].distance)
         tables.append(_table(job, depth))
         depths.append(corners_of(depth))
-        vertices = job.scene.world_positions(by_name[stand_ins[i].instance])
-        middle = (vertices.min(0) + vertices.max(0)) / 2
-        spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
+        spheres.append(sphere_around(job.scene.world_positions(by_name[stand_ins[i].instance])))
     image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
     depth_image, depth_at = stacked(depths, (NOTHING,) * 4)
     corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]
