@@ -77,7 +77,7 @@ def bake(
 
 def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:
     """The instances' triangles as one, once for each side from which they can be seen."""
-    centres = [np.mean(scene.bounds([r]), axis=0) for r in scene.reflectors()]
+    centres = {r.name: np.mean(scene.bounds([r]), axis=0) for r in scene.reflectors()}
     points, columns = [np.zeros((0, 3))], [[] for _ in range(5)]
     first_place = first_sample = 0
     for owner, instance in enumerate(instances):
@@ -90,7 +90,8 @@ def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:
         key = np.concatenate([place[..., None], normal, material], -1).reshape(-1, 5)
         _, sample = np.unique(key, axis=0, return_inverse=True)
         count = len(place)
-        for side in _sides(scene, instance, place, world[mesh.triangles], centres):
+        others = [centre for name, centre in centres.items() if name != instance.name]  # a mirror is in itself, and sees out
+        for side in _sides(scene, instance, place, world[mesh.triangles], others):
             new = place + first_place, sample.reshape(-1, 3) + first_sample, np.arange(count), side, owner
             for column, values in zip(columns, new, strict=True):
                 column.append(np.broadcast_to(values, (count,)) if np.ndim(values) == 0 else values)
