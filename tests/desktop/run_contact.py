@@ -6,7 +6,6 @@ import os
 import sys
 
 import bpy
-import desktop
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from artist import (  # noqa: E402
