@@ -10,13 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..core.asset import Asset
-from ..core.billboard_follow import Shot, State, can_follow, follow, start
+from ..core.billboard_atlas import ROW
+from ..core.billboard_follow import MAPS, Shot, State, can_follow, follow, start
 from ..core.snapshot import SceneSnapshot
 from ..core.surface_asset import SurfaceMesh, meshes_of
-from .capture import AtlasBlock, Capture, CaptureTarget, SurfaceBuffer
+from .capture import BLOCK, CAPTURE, AtlasBlock, Capture, CaptureTarget, SurfaceBuffer
 from .counts import Counts
 from .fill import TextureCache
-from .map_capture import MapTables, MapTexels
+from .map_capture import CORNERS, TEXELS, MapTables, MapTexels
+from .program import program
 from .state import drawing_state
 from .upload import read_texture, texture_from
 
@@ -70,6 +72,14 @@ class Followers:
             stale |= step.state.stale
         return Followed(remade, moved, tuple(sorted(stale)))
 
+    def prepare(self, surfaces: Asset | None):
+        """Compile what the first capture will need: while something moves there is no time for it."""
+        if surfaces is None:
+            return
+        for asset, state in self._states.values():
+            self._of(asset).compile({int(state.asset.images["billboard_buf"][p.row, ROW["place"], 2])
+                                     for p in asset.parts if p.kind in MAPS})  # fmt: skip
+
     def asset(self, asset: Asset) -> Asset:
         """The asset as it is on the GPU, read back: its table, its images, its source ('capture' once one was made)."""
         if id(asset) not in self._states:
@@ -99,8 +109,7 @@ class Followers:
         if target is None or target.width < side[0] or target.height < side[1]:
             before = (target.width, target.height) if target else (0, 0)
             self._target = target = CaptureTarget(max(side[0], before[0]), max(side[1], before[1]), self.counts)
-        if id(asset) not in self._images:
-            self._images[id(asset)] = _Images(asset, self.textures, self.counts)
+        images = self._of(asset)
         maps = max((shot.placed.width for shot in shots if shot.map), default=0)
         if maps and (self._texels is None or self._texels.side < maps):
             self._texels = MapTexels(maps, self.counts)
@@ -108,8 +117,13 @@ class Followers:
             for shot in shots:
                 things = [(self._buffer(shot), shot.instance.world_from_object)]
                 self._capture.draw(things, shot.camera, target, (1.0, 0.0) if shot.map else shot.relief)
-                self._images[id(asset)].fill(shot, target, self._texels)
+                images.fill(shot, target, self._texels)
                 self.counts.captures += 1
+
+    def _of(self, asset: Asset) -> "_Images":
+        if id(asset) not in self._images:
+            self._images[id(asset)] = _Images(asset, self.textures, self.counts)
+        return self._images[id(asset)]
 
     def _buffer(self, shot: Shot) -> SurfaceBuffer:
         name = shot.instance.name
@@ -127,7 +141,7 @@ class _Images:
 
     def __init__(self, asset: Asset, textures: TextureCache, counts: Counts):
         found = {name: textures.texture(name, asset.images[name]) for name in sorted(_FILLED & asset.images.keys())}
-        self._scale = asset.uniforms["billboard_scale"]
+        self._counts, self._scale = counts, asset.uniforms["billboard_scale"]
         self._colors = AtlasBlock(found["billboard_tx"], counts)
         self._normals = AtlasBlock(found["normal_tx"], counts) if "normal_tx" in found else None
         rows = found.get("srdm_tx") or found.get("srdm_buf")
@@ -135,6 +149,16 @@ class _Images:
         if rows is not None:
             turns, points = int(asset.options["turns"]), int(asset.settings["points"])
             self._tables = MapTables(rows, found["depth_tx"], turns, points, counts)
+
+    def compile(self, widths: set[int]):
+        """The programs of captures, and of depth maps of these widths."""
+        programs = [CAPTURE, BLOCK]
+        if self._tables is not None and widths:
+            programs += [TEXELS, CORNERS]
+            for width in sorted(widths):
+                self._tables.builder(width)
+        for info in programs:
+            program(info, self._counts)
 
     def fill(self, shot: Shot, target: CaptureTarget, texels: MapTexels | None):
         """Everything that a ray looks up of the stand-in that the shot is of, from what was just captured."""

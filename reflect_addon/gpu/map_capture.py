@@ -81,13 +81,17 @@ class MapTables:
         self._builders: dict[int, Builder] = {}
         self.counts = counts
 
-    def fill(self, texels: MapTexels, where: MapPlace, width: int):
-        """The tables of the width x width map that `texels` holds."""
-        gpu = ensure()
+    def builder(self, width: int) -> Builder:
+        """The builder of maps of this many texels a side."""
         if width not in self._builders:
             half = self._rows_tx.format == "RGBA16F"
             self._builders[width] = Builder(width, self._turns, self._points, self.counts, half)
-        self._builders[width].build(texels.depth_tx, self._rows_tx, table_at=where.rows)
+        return self._builders[width]
+
+    def fill(self, texels: MapTexels, where: MapPlace, width: int):
+        """The tables of the width x width map that `texels` holds."""
+        gpu = ensure()
+        self.builder(width).build(texels.depth_tx, self._rows_tx, table_at=where.rows)
         with self._framebuffer.bind():
             self._framebuffer.viewport_set(0, 0, self._depths_tx.width, self._depths_tx.height)
             gpu.state.scissor_set(*where.depths, width + 1, width + 1)
