@@ -7,10 +7,11 @@ import bpy
 from . import cli
 from .ops import bake, cancel, delete_assets, mark, open_folder, refresh
 from .scene import handlers, live, properties
-from .ui import panel, preferences, settings
+from .ui import method_settings, panel, preferences, settings
 
 CLASSES = (
     preferences.ReflectPreferences,
+    *method_settings.GROUPS.values(),
     settings.ReflectSceneSettings,
     mark.REFLECT_OT_mark,
     refresh.REFLECT_OT_refresh,
@@ -21,6 +22,7 @@ CLASSES = (
     panel.REFLECT_PT_main,
     panel.REFLECT_PT_found,
     panel.REFLECT_PT_settings,
+    panel.REFLECT_PT_advanced,
     panel.REFLECT_PT_assets,
 )
 

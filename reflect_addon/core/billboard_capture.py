@@ -109,8 +109,7 @@ def _trace(job: BakeJob, bundles: list[Rays], hide: tuple[str, ...]) -> list[Hit
         return [Hits(*(np.zeros((0, *n)) for n in ((3,), (3,), (3,), (), ()))) for _ in bundles]
     joined = Rays(np.concatenate([b.origin for b in bundles]), np.concatenate([b.direction for b in bundles]))
     hits = job.trace(joined, hide=hide, samples=int(job.settings["samples"]))
-    fields = (hits.radiance, hits.position, hits.normal, hits.object, hits.hit)
-    return [Hits(*(f[a:b] for f in fields), hits.object_names) for a, b in zip(ends, ends[1:], strict=False)]
+    return [hits.part(slice(a, b)) for a, b in zip(ends, ends[1:], strict=False)]
 
 
 def _filled(job: BakeJob, quads: list[Quad], parts: list[_Part], hits: list[Hits], viewers) -> list[Texels]:

@@ -3,10 +3,12 @@
 remake.py says which stand-ins; this module says how for quads. What only moves is the row of its capture, moved (not the
 row shown last: a thousand small steps must not add up their roundings). What is made again is the quad that the bake
 itself would fit, looked at by the bake's own camera, and drawn into the block of the atlas that its row has: the block
-keeps its size. A depth map moves with its object, and nothing else of it changes. Nothing here touches a GPU: gpu/follow.py draws the shots.
-Limits. A row is never added: a flat thing that turns a side to the mirror which the bake left out does not show it. Light is
-not followed; what should be made again and cannot be (a deformed object's depth map, a mirror) is named in `stale`, and a mirror's
-quad goes along with it as it is.
+keeps its size. A depth map moves with its object; when that deforms its camera keeps its direction and is fitted again, and
+depths and simplified rows are made anew where they lie. Mirrors have normals, the world's, so what shows one is captured
+whenever it moves. Nothing here touches a GPU: gpu/follow.py draws the shots.
+Limits. A row is never added: a flat thing that turns a side to the mirror which the bake left out does not show it; nor is
+a depth map's direction chosen anew. Light is not followed. What should be made again and has no surface radiance is named
+in `stale`; a mirror's stand-in then goes along with it as it is.
 """
 
 from dataclasses import dataclass, replace
@@ -15,29 +17,47 @@ from itertools import groupby
 import numpy as np
 
 from .asset import Asset, Part
-from .billboard_atlas import Placed, hidden_row, moved_row, placed_of, table_row
+from .billboard_atlas import ROW, Placed, hidden_row, moved_row, placed_of, table_row, write_mirror
 from .billboard_fit import Quad, flat_quads, quad_around
 from .camera import Camera
-from .capture_camera import quad_camera
-from .depth_atlas import hidden_map_row, moved_map_row
+from .capture_camera import map_camera, quad_camera
+from .depth_atlas import fill_rows, hidden_map_row, moved_map_row, sphere_around
+from .depth_camera import DepthCamera, fit
+from .depth_fit import DepthView
 from .flat_parts import contains
+from .mirrors import mirror_of
 from .remake import REFLECTOR, is_rigid, motion, part_of, remake_set, same_triangles
 from .snapshot import Instance, SceneSnapshot, corners_of
 from .surface_asset import SurfaceMesh
 
-KINDS = ("flat", "volume", "mirror", "map", "mirror_map")
+KINDS = ("flat", "volume", "mirror", "flat_mirror", "map", "mirror_map")
+FLAT = {"flat", "flat_mirror"}
 MAPS = {"map", "mirror_map"}
-BAKED = {"mirror", *MAPS}  # what no capture makes again
+MIRRORS = {"mirror", "flat_mirror", "mirror_map"}
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One capture: a surface, seen by a billboard's camera, into a block of the atlas."""
+    """One capture: a surface, seen by a stand-in's camera, into its blocks of the asset's images."""
 
     surface: SurfaceMesh
     instance: Instance
+    share: np.ndarray  # (V,) float32: which vertices mirror
     camera: Camera
-    placed: Placed
+    placed: Placed  # in billboard_tx
+    normals: Placed | None = None  # in normal_tx
+    # A mirror's height above its quad, in half widths, is relief[0] * depth + relief[1], depth in m along the camera's axis.
+    relief: tuple[float, float] = (0.0, 0.0)
+    map: "MapPlace | None" = None
+
+
+@dataclass(frozen=True)
+class MapPlace:
+    """Of a depth map: its camera, and where its tables lie."""
+
+    camera: DepthCamera
+    rows: tuple[int, int]  # lowest left texel in srdm_tx or srdm_buf
+    depths: tuple[int, int]  # in depth_tx
 
 
 @dataclass(frozen=True)
@@ -99,22 +119,25 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
     for name, group in groupby(sorted(remade, key=lambda p: (p.instance, p.row)), key=lambda p: p.instance):
         mine, instance = list(group), named[name]
         surface = _surface_on(surfaces.get(name), scene, instance, mine[0])
-        if surface is None or own.instance not in named or mine[0].kind in BAKED:
+        share = surface.share(scene, instance) if surface is not None else None
+        if share is None or own.instance not in named:
             stale.add(name)
             continue
         stale.discard(name)
-        quads = _quads(scene, instance, mine[0].kind, surface, named[own.instance])
-        for part, quad in zip(mine, [*quads, *[None] * len(mine)], strict=False):
+        seen = _Seen(scene, instance, surface, share, _world(surface, instance), asset.uniforms["center"])
+        quads = _quads(seen, mine, rows, named[own.instance])
+        for part in mine:
             parts[part.row] = part_of(scene, instance, part.kind, part.row)
-            if quad is None:  # it has fewer sides than it had
+            if part.kind in MAPS:
+                rows[part.row], shot = _map_shot(seen, part, rows[part.row])
+            elif part.row in quads:
+                rows[part.row], shot = _quad_shot(seen, part, rows[part.row], quads[part.row])
+            else:  # it has fewer sides than it had
                 rows[part.row] = hidden_row(rows[part.row])
                 continue
-            placed = placed_of(rows[part.row])
-            rows[part.row] = table_row(quad, placed, False, asset.uniforms["center"])
-            points = _world(surface, instance)
-            shots.append(Shot(surface, instance, quad_camera(quad, placed.width, placed.height, points), placed))
+            shots.append(shot)
     table = rows.copy()
-    mirrors = [p for p in changes.remade if p.kind in {"mirror", "mirror_map"} and np.linalg.det(p.matrix())]
+    mirrors = [p for p in remade if p.kind in MIRRORS and p.instance in stale and np.linalg.det(p.matrix())]
     mirrors = [p for p in mirrors if is_rigid(motion(p, named[p.instance]))]
     for part in (*changes.moved, *mirrors):
         move = moved_map_row if part.kind in MAPS else moved_row
@@ -142,13 +165,79 @@ def _surface_on(surface: SurfaceMesh | None, scene: SceneSnapshot, instance: Ins
     return surface.on(mesh)
 
 
-def _quads(scene: SceneSnapshot, instance: Instance, kind: str, surface: SurfaceMesh, reflector: Instance) -> list[Quad]:
+@dataclass(frozen=True)
+class _Seen:
+    """What is captured again, as it is now."""
+
+    scene: SceneSnapshot
+    instance: Instance
+    surface: SurfaceMesh
+    share: np.ndarray
+    points: np.ndarray  # (V, 3) world, m
+    center: tuple[float, float, float]  # of the asset
+
+    def normals(self, row: np.ndarray, placed: Placed) -> Placed:
+        """Where a mirror's normals lie: a block like that of its colours."""
+        return replace(placed, x=int(row[ROW["normals"], 0]), y=int(row[ROW["normals"], 1]))
+
+
+def _quads(seen: _Seen, parts: list[Part], rows: np.ndarray, reflector: Instance) -> dict[int, Quad]:
+    """The quads that a bake would fit now, by the row that shows each."""
+    scene, instance = seen.scene, seen.instance
     low, high = scene.bounds([reflector])
     center = (low + high) / 2
-    if kind == "volume":
-        return [quad_around(instance.name, _world(surface, instance), center)]
-    corners = corners_of((low, high))
-    return [q for q in flat_quads(scene, instance, contains(scene, instance, center))[0] if q.faces(corners)]
+    found = {p.row: quad_around(instance.name, seen.points, center) for p in parts if p.kind in {"volume", "mirror"}}
+    flat = [p for p in parts if p.kind in FLAT]
+    if not flat:
+        return found
+    quads = [q for q in flat_quads(scene, instance, contains(scene, instance, center))[0] if q.faces(corners_of((low, high)))]
+    # Who shows which: the sides that were nearest to each other, had they only moved.
+    normals = [_turned(part, instance) @ rows[part.row, ROW["plane"], :3] for part in flat]
+    near = sorted(
+        (-float(np.dot(normal, quad.normal)), i, j) for i, normal in enumerate(normals) for j, quad in enumerate(quads)
+    )
+    left = set(range(len(quads)))
+    for _, i, j in near:
+        if flat[i].row not in found and j in left:
+            found[flat[i].row] = quads[j]
+            left.discard(j)
+    return found
+
+
+def _turned(part: Part, instance: Instance) -> np.ndarray:
+    """(3, 3): how directions have turned since the part was made; unturned for a part without a place."""
+    if not np.linalg.det(part.matrix()):
+        return np.eye(3)
+    linear = motion(part, instance)[:3, :3]
+    return linear / max(float(np.abs(linear).max()), 1e-30)
+
+
+def _quad_shot(seen: _Seen, part: Part, row: np.ndarray, quad: Quad) -> tuple[np.ndarray, Shot]:
+    """A quad's row and capture."""
+    placed = placed_of(row)
+    camera = quad_camera(quad, placed.width, placed.height, seen.points)
+    new = table_row(quad, placed, False, seen.center)
+    if part.kind not in MIRRORS:
+        return new, Shot(seen.surface, seen.instance, seen.share, camera, placed)
+    normals = seen.normals(row, placed)
+    write_mirror(new, mirror_of(seen.scene, seen.instance).material, normals, quad, seen.center)
+    above = float((camera.world_from_camera[:3, 3] - np.asarray(quad.center)) @ np.asarray(quad.normal))
+    relief = (-1 / quad.half_u, above / quad.half_u)
+    return new, Shot(seen.surface, seen.instance, seen.share, camera, placed, normals, relief)
+
+
+def _map_shot(seen: _Seen, part: Part, row: np.ndarray) -> tuple[np.ndarray, Shot]:
+    """A depth map's row and capture: from where it was, as its object has turned."""
+    placed = placed_of(row)
+    towards = -_turned(part, seen.instance) @ row[ROW["plane"], :3].astype(np.float64)
+    view = DepthView(seen.instance.name, fit(seen.points, towards), own=bool(row[ROW["limits"], 2] > 0))
+    at = tuple(int(n) for n in row[ROW["table"]])
+    new = row[None].copy()
+    fill_rows(new, [view], [placed], [at], [sphere_around(seen.points)], np.asarray(seen.center))
+    normals = seen.normals(row, placed) if part.kind in MIRRORS else None
+    camera = map_camera(view.camera, placed.width)
+    place = MapPlace(view.camera, at[:2], at[2:])
+    return new[0], Shot(seen.surface, seen.instance, seen.share, camera, placed, normals, map=place)
 
 
 def _world(surface: SurfaceMesh, instance: Instance) -> np.ndarray:

@@ -1,9 +1,10 @@
-"""The camera that fills a billboard, as any other camera: what core/billboard_fit's rays are, for a rasteriser."""
+"""The cameras that fill stand-ins, as any other camera: what their rays are in a bake, for a rasteriser."""
 
 import numpy as np
 
 from .billboard_fit import Quad
 from .camera import Camera
+from .depth_camera import DepthCamera
 
 # Clipping planes stand this share of the depth range off the object: float32 depths end at them.
 ROOM = 1e-3
@@ -41,3 +42,15 @@ def quad_camera(quad: Quad, width: int, height: int, points: np.ndarray) -> Came
     clip[2, 2], clip[2, 3] = (far + near) / (near - far), 2 * far * near / (near - far)
     clip[3, 2] = -1.0
     return Camera(world, clip, width, height)
+
+
+def map_camera(camera: DepthCamera, texels: int) -> Camera:
+    """The camera whose texels x texels pixels are a depth map's; its clipping planes are the map's hither and yon."""
+    world = np.eye(4)
+    world[:3, :3] = np.stack([camera.right, camera.up, -camera.forward], -1)
+    world[:3, 3] = camera.eye
+    near, far = camera.hither, camera.yon
+    clip = np.zeros((4, 4))
+    clip[0, 0] = clip[1, 1] = 1 / camera.tan_half
+    clip[2, 2], clip[2, 3], clip[3, 2] = (far + near) / (near - far), 2 * far * near / (near - far), -1.0
+    return Camera(world, clip, texels, texels)

@@ -43,6 +43,12 @@ def fill_rows(
         row[ROW["table"]] = corner
 
 
+def sphere_around(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """(centre (3,), radius, m) of a sphere that holds the points (N, 3)."""
+    middle = (points.min(0) + points.max(0)) / 2
+    return middle, 1.001 * float(np.linalg.norm(points - middle, axis=-1).max())
+
+
 def moved_map_row(row: np.ndarray, world_from_world: np.ndarray, center) -> np.ndarray:
     """(len(ROW), 4) float32: a map's row after a motion that keeps shapes (4.3: "The DM camera is simply transformed")."""
     out, center = row.astype(np.float64), np.asarray(center, np.float64)

@@ -27,6 +27,11 @@ class Hits:
     hit: np.ndarray  # (N,) bool
     object_names: tuple[str, ...] = ()  # names of the original objects
 
+    def part(self, rows) -> "Hits":
+        """Some of them: rows is a slice, a mask or indices."""
+        fields = (self.radiance, self.position, self.normal, self.object, self.hit)
+        return Hits(*(field[rows] for field in fields), self.object_names)
+
 
 @dataclass(frozen=True)
 class RayMap:

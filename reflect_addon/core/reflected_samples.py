@@ -20,7 +20,6 @@ AIMED = 512
 CHOICES = 8
 # A viewer stands at least this many of the reflector's radii away.
 VIEW = 1.0
-_PER_RAY = ("radiance", "position", "normal", "object", "hit")
 
 
 def reflected(job: BakeJob, count: int = COUNT, seed: int = 7) -> tuple[Rays, Hits]:
@@ -47,8 +46,7 @@ def _seen_by_viewers(job: BakeJob, rays: Rays, towards: np.ndarray) -> tuple[Ray
     low, high = job.scene.bounds([job.reflector])
     clear = VIEW * float(np.linalg.norm(high - low)) / 2
     free = ~hits.hit[n:] | (np.linalg.norm(hits.position[n:] - rays.origin, axis=-1) > clear)
-    part = Hits(*(getattr(hits, f)[:n][free] for f in _PER_RAY), hits.object_names)
-    return Rays(rays.origin[free], rays.direction[free]), part
+    return Rays(rays.origin[free], rays.direction[free]), hits.part(slice(0, n)).part(free)
 
 
 def sample_rays(job: BakeJob, count: int, seed: int) -> tuple[Rays, np.ndarray]:

@@ -40,12 +40,12 @@ class Rule:
 RULES = {
     "flat": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
     "volume": Rule(object_moves="remake", reflector_moves="remake", reflector_deforms="remake"),
-    # A billboard with normals, of another reflector: a picture too, which only a bake can make.
+    # Stand-ins with normals, which are the world's: they do not turn with the object.
     "mirror": Rule(object_moves="remake", reflector_moves="remake", reflector_deforms="remake"),
+    "flat_mirror": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
+    "mirror_map": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
     # Depth maps stand beside their object; a reflector's map of itself is a map whose object is the reflector.
     "map": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
-    # A depth map with normals, which are the world's: they do not turn with it, so only a bake can.
-    "mirror_map": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
     # Surface radiance lies on the object itself.
     "surface": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
 }

@@ -11,8 +11,9 @@ import numpy as np
 
 from .asset import Asset
 from .errors import ReflectError
+from .mirrors import mirror_of
 from .remake import part_of
-from .snapshot import Mesh, SceneSnapshot
+from .snapshot import Instance, Mesh, SceneSnapshot
 
 KIND = "surface_radiance"
 COLUMNS = 1024  # vertices in a row of the vertex table, triangles in one of the triangle table
@@ -47,8 +48,18 @@ class SurfaceMesh:
         return replace(self, positions=positions, normals=normals, mesh=mesh.key)
 
     def bytes(self) -> int:
-        """On the GPU: three corners a triangle, nine floats each."""
-        return 108 * len(self.triangles)
+        """On the GPU: three corners a triangle, ten floats each."""
+        return 120 * len(self.triangles)
+
+    def share(self, scene: SceneSnapshot, instance: Instance) -> np.ndarray | None:
+        """(V,) float32: 1 where the vertex belongs to a part of the instance that mirrors, else 0; None when the mesh has other
+        triangles than this one was made from and only some of them mirror."""
+        mirror = mirror_of(scene, instance)
+        if mirror is None or mirror.whole:
+            return np.full(len(self.positions), float(mirror is not None), np.float32)
+        if len(scene.meshes[instance.mesh].triangles) != self.faces:
+            return None
+        return np.isin(scene.slots(instance)[self.face], mirror.slots).astype(np.float32)
 
 
 def on_faces(mesh: Mesh, face: np.ndarray, weights: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ Idea. The outgoing radiance of a diffuse surface is one colour in all directions
 from just above it looking straight down, kept per vertex of a mesh that is subdivided where radiance changes
 (surface_refine.py), and then the GPU draws that mesh from any camera (gpu/capture.py): a billboard, a depth map, a cube
 face, a mirrored view.
+Of a mirror its own light is kept, without what it mirrors (billboard_mirrors.py), since that is added when it is shown.
 Limits. Shininess is seen as from straight above, and mirrors are not subdivided. Radiance stays what it was when the object moves: its own shadow does
 not follow. A mesh that changes its triangles (other topology) cannot be followed.
 """
@@ -15,7 +16,9 @@ import numpy as np
 
 from .asset import Asset
 from .billboard_capture import LIFT, LIFT_ROUNDING
+from .billboard_mirrors import mirrored, own_light
 from .flat_parts import contains, visible_sides
+from .mirrors import mirror_of
 from .rays import Hits, Rays
 from .snapshot import Instance, SceneSnapshot
 from .surface_asset import SurfaceMesh, asset_of, on_faces
@@ -44,10 +47,22 @@ def bake(
     soup = soup_of(scene, instances)
     lift = LIFT * max(scene.diagonal(), 1e-30)
 
-    def ask(points: np.ndarray, normals: np.ndarray, _owner) -> np.ndarray:
-        start = points + normals * np.maximum(lift, LIFT_ROUNDING * np.abs(points).max(-1, keepdims=True))
-        rays = Rays(start.astype(np.float32), -normals.astype(np.float32))
-        return trace(rays, samples=int(settings["surface_samples"])).radiance.astype(np.float64)
+    mirrors = {k: mirror for k, i in enumerate(instances) if (mirror := mirror_of(scene, i))}
+    samples = int(settings["surface_samples"])
+
+    def ask(points: np.ndarray, normals: np.ndarray, owner: np.ndarray, face: np.ndarray) -> np.ndarray:
+        above = np.maximum(lift, LIFT_ROUNDING * np.abs(points).max(-1, keepdims=True))
+        rays = Rays((points + normals * above).astype(np.float32), -normals.astype(np.float32))
+        hits = trace(rays, samples=samples)
+        found = hits.radiance.astype(np.float64)
+        for k, mirror in mirrors.items():
+            mine = np.flatnonzero(owner == k)
+            mine = mine[np.isin(scene.slots(instances[k])[face[mine]], mirror.slots)]
+            if len(mine):
+                bent, cosine = mirrored(hits.part(mine), rays.direction[mine], above[mine, 0])
+                arriving = trace(bent, samples=samples).radiance
+                found[mine] = own_light(mirror.material, found[mine], cosine, np.ones(len(mine)), arriving)
+        return found
 
     # A mirror shows another thing to everyone: what it shows straight above is kept, and not worth a subdivision.
     shortest = np.array(
@@ -62,7 +77,7 @@ def bake(
 
 def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:
     """The instances' triangles as one, once for each side from which they can be seen."""
-    centres = [np.mean(scene.bounds([r]), axis=0) for r in scene.reflectors()]
+    centres = {r.name: np.mean(scene.bounds([r]), axis=0) for r in scene.reflectors()}
     points, columns = [np.zeros((0, 3))], [[] for _ in range(5)]
     first_place = first_sample = 0
     for owner, instance in enumerate(instances):
@@ -75,7 +90,8 @@ def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:
         key = np.concatenate([place[..., None], normal, material], -1).reshape(-1, 5)
         _, sample = np.unique(key, axis=0, return_inverse=True)
         count = len(place)
-        for side in _sides(scene, instance, place, world[mesh.triangles], centres):
+        others = [centre for name, centre in centres.items() if name != instance.name]  # a mirror is in itself, and sees out
+        for side in _sides(scene, instance, place, world[mesh.triangles], others):
             new = place + first_place, sample.reshape(-1, 3) + first_sample, np.arange(count), side, owner
             for column, values in zip(columns, new, strict=True):
                 column.append(np.broadcast_to(values, (count,)) if np.ndim(values) == 0 else values)
@@ -96,7 +112,7 @@ def noise_of(soup: Soup, ask: Ask) -> float:
     corners = soup.points[soup.place[triangle]]
     cross = soup.side[triangle, None] * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = cross / np.maximum(np.linalg.norm(cross, axis=-1, keepdims=True), 1e-300)
-    first, second = np.split(ask(corners.mean(1), normals, soup.owner[triangle]), 2)
+    first, second = np.split(ask(corners.mean(1), normals, soup.owner[triangle], soup.face[triangle]), 2)
     bright = np.maximum(np.abs(first), np.abs(second)).max(1)
     scale = np.maximum(bright, max(bright.mean() * 0.1, 1e-9))
     return NOISE_TIMES * float(np.quantile(np.abs(first - second).max(1) / scale, NOISE_QUANTILE))

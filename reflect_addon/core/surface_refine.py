@@ -43,8 +43,9 @@ class Soup:
     owner: np.ndarray  # (T,) int: instance
 
 
-# (points (N, 3), normals (N, 3), owner (N,)) -> (N, 3) values. Normals are of the triangle, towards its side.
-Ask = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+# (points (N, 3), normals (N, 3), owner (N,), face (N,)) -> (N, 3) values. Normals are of the triangle, towards its side;
+# face: the triangle of the owner's own mesh.
+Ask = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def refine(
@@ -64,7 +65,7 @@ def refine(
         triangle = np.concatenate([corners // 3, edges.triangle, inside.triangle])
         if not len(points):
             break
-        answers = ask(points, normals(soup)[triangle], soup.owner[triangle])
+        answers = ask(points, normals(soup)[triangle], soup.owner[triangle], soup.face[triangle])
         own, at_edges, within = np.split(answers, np.cumsum([len(corners), len(edges.middle)]))
         values = np.concatenate([values, own])
         if not len(edges.middle):

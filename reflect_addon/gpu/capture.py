@@ -24,10 +24,13 @@ CAPTURE = ProgramInfo(
     name="reflect_capture",
     vertex="capture.vert.glsl",
     fragment="capture.frag.glsl",
-    attributes=(("VEC3", "position"), ("VEC3", "normal"), ("VEC3", "radiance")),
-    varyings=(("smooth", "VEC3", "v_normal"), ("smooth", "VEC3", "v_radiance"), ("smooth", "FLOAT", "v_depth")),
+    attributes=(("VEC3", "position"), ("VEC3", "normal"), ("VEC3", "radiance"), ("FLOAT", "share")),
+    varyings=(
+        ("smooth", "VEC3", "v_normal"), ("smooth", "VEC3", "v_radiance"), ("smooth", "FLOAT", "v_depth"),
+        ("smooth", "FLOAT", "v_share"),
+    ),
     blocks=(VIEW_BLOCK,),
-    uniforms=(("MAT4", "rel_from_object"),),
+    uniforms=(("MAT4", "rel_from_object"), ("VEC2", "relief")),
     outputs=(("VEC4", "color_out"), ("VEC4", "normal_out")),
 )
 BLOCK = ProgramInfo(
@@ -44,17 +47,20 @@ BLOCK = ProgramInfo(
 class SurfaceBuffer:
     """One instance's surface on the GPU: three corners a triangle."""
 
-    def __init__(self, mesh: SurfaceMesh, counts: Counts):
+    def __init__(self, mesh: SurfaceMesh, counts: Counts, share: np.ndarray | None = None):
+        """share: (V,) which vertices mirror, by which normals are multiplied; None: all."""
         gpu = ensure()
         corners = mesh.triangles.ravel()
         self.bytes = mesh.bytes()
         self.batch = None
         if len(corners):
             format = gpu.types.GPUVertFormat()
-            for name in ("position", "normal", "radiance"):
-                format.attr_add(id=name, comp_type="F32", len=3, fetch_mode="FLOAT")
+            share = np.ones(len(mesh.positions)) if share is None else share
+            found = {"position": mesh.positions, "normal": mesh.normals, "radiance": mesh.radiance, "share": share[:, None]}
+            for name, values in found.items():
+                format.attr_add(id=name, comp_type="F32", len=values.shape[1], fetch_mode="FLOAT")
             buffer = gpu.types.GPUVertBuf(format, len(corners))
-            for name, values in (("position", mesh.positions), ("normal", mesh.normals), ("radiance", mesh.radiance)):
+            for name, values in found.items():
                 buffer.attr_fill(name, np.ascontiguousarray(values[corners], np.float32))
             self.batch = gpu.types.GPUBatch(type="TRIS", buf=buffer)
             counts.uploads += 1
@@ -101,9 +107,11 @@ class Capture:
         self.counts = counts
         self._view = View()
 
-    def draw(self, things: Iterable[tuple[SurfaceBuffer, np.ndarray]], camera: Camera, target: CaptureTarget):
+    def draw(
+        self, things: Iterable[tuple[SurfaceBuffer, np.ndarray]], camera: Camera, target: CaptureTarget, relief=(1.0, 0.0)
+    ):
         """things: surfaces with their world_from_object (4, 4). The picture fills the target's lower left camera.width x
-        camera.height texels; what else is in the target is lost."""
+        camera.height texels; what else is in the target is lost. normal_tx's w is relief[0] * depth + relief[1]."""
         gpu = ensure()
         if camera.width > target.width or camera.height > target.height:
             raise ValueError(f"a capture of {camera.width} x {camera.height} in a target of {target.width} x {target.height}")
@@ -123,6 +131,7 @@ class Capture:
             for surface, world_from_object in things:
                 if surface.batch is not None:
                     shader.set("rel_from_object", self._view.rel_from_object(world_from_object))
+                    shader.set("relief", relief)
                     shader.draw(surface.batch)
                     self.counts.draws += 1
             gpu.state.face_culling_set("NONE")
@@ -139,8 +148,8 @@ class AtlasBlock:
         self._batch = triangle_batch()
         self.counts = counts
 
-    def fill(self, target: CaptureTarget, placed: Placed, scale: float):
-        """The block of a billboard whose level 0 is the target's lower left placed.width x placed.height texels; radiance
+    def fill(self, captured_tx, placed: Placed, scale: float = 1.0):
+        """The block of a stand-in whose level 0 is the lower left placed.width x placed.height texels of captured_tx; radiance
         is stored divided by scale."""
         gpu = ensure()
         with self._framebuffer.bind():
@@ -153,7 +162,7 @@ class AtlasBlock:
             shader.bind()
             shader.set("block", (placed.x - 1, placed.y - 1, placed.width, placed.height))
             shader.set("more", (placed.levels, 1 / scale))
-            shader.image("captured_tx", target.color_tx)
+            shader.image("captured_tx", captured_tx)
             shader.draw(self._batch)
             gpu.state.scissor_test_set(False)
         self.counts.passes += 1

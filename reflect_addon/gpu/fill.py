@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import lobe_rays
 from ..core.asset import Asset
-from ..core.kernel import emit_glsl, record, record_function
+from ..core.kernel import GlslKernel, emit_glsl, record, record_function, type_of
 from ..core.rays import Answer, Rays
 from .counts import Counts
 from .device import ensure, max_texture_side
@@ -54,6 +54,22 @@ class TextureCache:
         self._kept = {key: value for key, value in self._kept.items() if key in used}
 
 
+_kernels: dict[tuple, GlslKernel] = {}  # by all that recording reads, oldest first
+KEPT = 64  # kernels: all variants of all methods that a window shows in turns
+
+
+def _emitted(trace: Callable, asset: Asset, wanted: tuple[str, ...]) -> GlslKernel:
+    """The asset's kernel as GLSL. Recording a large one takes half a second, and a window that switches between methods asks
+    for the same ones again; it reads names, types and options only, so these say whether it is the same."""
+    uniforms = tuple((name, type_of(value)) for name, value in asset.uniforms.items())
+    key = (trace, asset.kind, wanted, tuple(asset.images), uniforms, repr(sorted(asset.options.items())))
+    if key not in _kernels:
+        while len(_kernels) >= KEPT:
+            del _kernels[next(iter(_kernels))]
+        _kernels[key] = emit_glsl(record(trace, asset), wanted, "answer", push_bytes=0)
+    return _kernels[key]
+
+
 class Fill:
     """One asset's kernel, compiled for the wanted outputs, with its textures and uniform block.
 
@@ -62,7 +78,7 @@ class Fill:
     def __init__(self, asset: Asset, trace: Callable, positions: bool, textures: TextureCache, rough: bool = False):
         wanted = ("radiance", "coverage", "position", "status") if positions else ("radiance", "coverage")
         self.counts = textures.counts
-        kernel = emit_glsl(record(trace, asset), wanted, "answer", push_bytes=0)
+        kernel = _emitted(trace, asset, wanted)
         self.source = kernel.source
         self._cache = textures
         self._images = {s: (name, asset.images[name]) for name, s in kernel.images.items()}

@@ -67,7 +67,8 @@ def _refresh():
                     area.tag_redraw()
 
 
-def _start_timer():
+def refresh_soon():
+    """Walks the scene and draws it, a moment from now: what was set before is on the screen by then."""
     if viewport_session.sessions() and not bpy.app.timers.is_registered(_refresh):
         bpy.app.timers.register(_refresh, first_interval=_DELAY)
 
@@ -77,14 +78,14 @@ def on_depsgraph_update(scene, _depsgraph):
     found = viewport_session.session(scene.name)
     if found is not None and found.method:
         found.dirty = True
-        _start_timer()
+        refresh_soon()
 
 
 @persistent
 def on_undo_redo(*_):
     for found in viewport_session.sessions():
         found.dirty = True
-    _start_timer()
+    refresh_soon()
 
 
 @persistent

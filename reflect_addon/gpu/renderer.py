@@ -148,9 +148,11 @@ class Renderer:
         return self._followers.asset(asset)
 
     def prepare(self, overlay: bool = False):
-        """Upload and compile everything now, seen or not, so that moving the camera never does."""
+        """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
+        moves."""
         for group in self._groups:
             self._fill(group.asset, self._needs_positions(False), self._is_rough(group))
+        self._followers.prepare(self.surfaces)
         if overlay and self._raymap.sections:
             self._resolve.overlay_program()
 

@@ -37,6 +37,11 @@ class ViewportSession:
         """Show another method (or "" for none). Clears an earlier failure."""
         self.method, self.assets, self.surfaces, self.message, self.dirty = method, dict(assets), surfaces, "", True
 
+    def shows_others(self, method: str, assets: dict[str, Asset]) -> bool:
+        """Whether this would be another method, or other assets."""
+        same = method == self.method and assets.keys() == self.assets.keys()
+        return not same or any(assets[name] is not self.assets[name] for name in assets)
+
     def refresh(self) -> bool:
         """Walk the scene if it changed. True when there is something new to draw. Not from a draw callback.
 

@@ -23,6 +23,9 @@ from .intersect import intersector
 from .raytrace import trace
 
 
+# Kinds of stand-ins (core/remake.py) that are captured again when something moves or deforms. Flat things only move.
+CAPTURED = {"volume", "mirror", "flat_mirror", "map", "mirror_map"}
+
 
 @one_bake_at_a_time
 def bake_assets(
@@ -75,7 +78,7 @@ def bake_assets(
             done[kind] = asset
             paths.append(path)
             if asked.get("live"):
-                followed |= {part.instance for part in asset.parts if part.kind == "volume"}
+                followed |= {part.instance for part in asset.parts if part.kind in CAPTURED}
     if followed:
         text, start = "Surfaces that may move", (steps - 1) / steps
 
@@ -154,6 +157,13 @@ def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, ob
     """The method's defaults with those overrides that it has, or that its required methods' bake shares."""
     defaults = methods.get(kind).DEFAULTS
     return {**defaults, **{k: v for k, v in (overrides or {}).items() if k in defaults}}
+
+
+def has_settings(asset: Asset, overrides: dict[str, object]) -> bool:
+    """Whether a bake with these overrides would ask for what this asset was baked with. (`live`, and a setting that an asset
+    of an earlier version does not know, change nothing in it.)"""
+    asked = settings_for(asset.kind, overrides)
+    return all(value == asked[name] for name, value in asset.settings.items() if name in asked and name != "live")
 
 
 def inputs_hash(scene: SceneSnapshot, kind: str, reflector: Instance, settings: dict) -> str:

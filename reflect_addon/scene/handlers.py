@@ -21,11 +21,13 @@ def _frame_changed(scene, _depsgraph=None):
 
 @persistent
 def _stepped(_scene, _depsgraph=None):
-    """Undo and redo: every scene may differ, and so may the chosen method."""
+    """Undo and redo: every scene may differ, and so may the chosen method and its settings."""
     for scene in bpy.data.scenes:
         live.note_change(scene)
         if live.of(scene).method != scene.reflect.method:
             live.of(scene).reload(scene)
+        else:
+            live.of(scene).settings_changed(scene)
 
 
 @persistent

@@ -17,7 +17,7 @@ from ..core.asset_files import load_asset
 from ..core.asset_places import asset_name, scene_folder
 from ..core.errors import ReflectError
 from ..core.snapshot import SceneSnapshot
-from .bake import answering, is_stale
+from .bake import answering, has_settings, is_stale
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
@@ -44,6 +44,7 @@ class Live:
         self._seen: dict[str, str] = {}  # asset's inputs hash -> geometry hash that the window saw when it was baked
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
         self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
+        self.other_settings: tuple[str, ...] = ()  # reflectors whose assets were baked with others than are set now
         self.missing: tuple[str, ...] = ()  # reflectors without assets
         self.bake_error = ""
         self.read_error = ""
@@ -112,19 +113,29 @@ class Live:
             display(scene, self)
         redraw_panels()
 
+    def settings_changed(self, scene: bpy.types.Scene) -> None:
+        """A setting of a method was changed: what was baked stays to be seen, and is marked where it was baked with another."""
+        self._compare(scene)
+        redraw_panels()
+
     def _compare(self, scene: bpy.types.Scene) -> None:
         """Which reflectors have no assets, or old ones."""
-        self.stale = self.missing = ()
+        self.stale = self.missing = self.other_settings = ()
         if self.snapshot is None or not is_on(scene):
             return
-        stale, missing = [], []
+        stale, missing, other = [], [], []
+        kinds = methods.with_required([scene.reflect.method])
+        asked = scene.reflect.bake_settings()
         for reflector in self.snapshot.reflectors():
-            found = [self.asset(kind, reflector.name) for kind in methods.with_required([scene.reflect.method])]
+            found = [self.asset(kind, reflector.name) for kind in kinds]
             if None in found:
                 missing.append(reflector.name)
-            elif any(self._is_stale(asset) for asset in found):
+                continue
+            if any(self._is_stale(asset) for asset in found):
                 stale.append(reflector.name)
-        self.stale, self.missing = tuple(stale), tuple(missing)
+            if any(not has_settings(asset, asked) for asset in found):
+                other.append(reflector.name)
+        self.stale, self.missing, self.other_settings = tuple(stale), tuple(missing), tuple(other)
 
     def _is_stale(self, asset: Asset) -> bool:
         """A bake reads the scene as renders see it, the window as viewports do (other subdivision levels, say): what

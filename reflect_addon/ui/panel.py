@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..core import methods
+from ..core.settings import of as setting_of
 from ..ops import bake
 from ..scene import live
 
@@ -74,9 +76,24 @@ class REFLECT_PT_settings(_Tab, bpy.types.Panel):
     def draw(self, context):
         layout, settings = self.layout, context.scene.reflect
         layout.use_property_split, layout.use_property_decorate = True, False
-        for name in settings.bake_settings():
-            layout.prop(settings, name)
+        _fields(layout, settings, advanced=False)
         layout.prop(settings, "half_distance")
+
+
+class REFLECT_PT_advanced(_Tab, bpy.types.Panel):
+    bl_idname = "REFLECT_PT_advanced"
+    bl_parent_id = "REFLECT_PT_settings"
+    bl_label = "Advanced"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return live.is_on(context.scene) and any(_named(context.scene.reflect, advanced=True))
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split, layout.use_property_decorate = True, False
+        _fields(layout, context.scene.reflect, advanced=True)
 
 
 class REFLECT_PT_assets(_Tab, bpy.types.Panel):
@@ -98,10 +115,31 @@ class REFLECT_PT_assets(_Tab, bpy.types.Panel):
         row.operator("reflect.delete_assets", icon="TRASH")
 
 
+def _named(settings, advanced: bool):
+    """(label of a method, its properties, names of those to show) of the chosen method and those it requires."""
+    for kind in methods.with_required([settings.method]):
+        method, group = methods.get(kind), getattr(settings, kind, None)
+        shown = {name: setting_of(method, name) for name in method.DEFAULTS}
+        names = [name for name in shown if shown[name].advanced == advanced]
+        if group and names:
+            # Lengths last: they are about the scene, not about how it is baked.
+            yield method.LABEL, group, sorted(names, key=lambda name: shown[name].unit != "")
+
+
+def _fields(layout, settings, advanced: bool):
+    found = list(_named(settings, advanced))
+    for label, group, names in found:
+        column = layout.column()
+        if len(found) > 1:
+            column.label(text=label)
+        for name in names:
+            column.prop(group, name)
+
+
 def _bake_row(layout, state):
     worker = bake.running()
     if worker is None:
-        text = "Bake Again" if state.stale else "Bake"
+        text = "Bake Again" if state.stale or state.other_settings else "Bake"
         layout.operator("reflect.bake", text=text, icon="RENDER_STILL")
         return
     progress = worker.state
@@ -116,6 +154,8 @@ def _warnings(context, state):
         yield f"Not baked yet: {_names(state.missing)}. Press Bake."
     if state.stale:
         yield f"The scene changed since the bake of {_names(state.stale)}. Bake again to bring it up to date."
+    if state.other_settings:
+        yield f"{_names(state.other_settings)} was baked with other settings than these. Bake again to use these."
     space = context.space_data
     if space.shading.type in {"MATERIAL", "RENDERED"} and not space.overlay.show_overlays:
         yield "Overlays are off: EEVEE then keeps no depth and reflections cannot be drawn. Switch overlays on."
@@ -126,7 +166,7 @@ def _names(names):
 
 
 def _icon(state, name):
-    return "ERROR" if name in state.missing else "FILE_REFRESH" if name in state.stale else "CHECKMARK"
+    return "ERROR" if name in state.missing else "FILE_REFRESH" if name in (*state.stale, *state.other_settings) else "CHECKMARK"
 
 
 def _reason(snapshot, reflector):

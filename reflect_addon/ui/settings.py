@@ -1,12 +1,12 @@
 """Scene.reflect: what the user chose, saved in the .blend."""
 
 import json
-import math
 
 import bpy
 
 from ..core import methods
 from ..scene import live
+from .method_settings import GROUPS, values_of
 
 OFF = ("OFF", "Off", "Show no reflections of Reflect's", 0)
 _items = []  # Blender keeps no reference to the strings of a dynamic enum
@@ -44,38 +44,9 @@ def _look_changed(self, _context):
     live.of(self.id_data).show(self.id_data)
 
 
-def _to_power_of_two(self, _context):
-    nearest = 1 << round(math.log2(self.resolution))
-    if self.resolution != nearest:
-        self.resolution = nearest
-
-
 class ReflectSceneSettings(bpy.types.PropertyGroup):
     method: bpy.props.EnumProperty(
         name="Method", description="How reflections are computed in the viewport", items=method_items, update=_method_changed
-    )
-    resolution: bpy.props.IntProperty(
-        name="Resolution",
-        description="Texels along an edge of the captured images, a power of two. Twice as many need four times the memory "
-        "and bake time",
-        default=256,
-        min=16,
-        max=4096,
-        subtype="PIXEL",
-        update=_to_power_of_two,
-    )
-    samples: bpy.props.IntProperty(
-        name="Samples",
-        description="Cycles samples per texel of a bake. More samples give less noise and take longer",
-        default=16,
-        min=1,
-        max=4096,
-    )
-    live: bpy.props.BoolProperty(
-        name="Follow Movement",
-        description="Reflections of objects follow while the objects move. Bakes what their surfaces send out too, which takes "
-        "from a few to some ten seconds more",
-        default=True,
     )
     half_distance: bpy.props.FloatProperty(
         name="Fade Distance",
@@ -87,14 +58,24 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         update=_look_changed,
     )
 
+    def settings_of(self, kind: str) -> dict[str, object]:
+        """What a bake of this method alone is asked for: name -> value; {} for a method that was added while Blender ran."""
+        group = getattr(self, kind, None)
+        return values_of(group, methods.get(kind)) if group else {}
+
     def bake_settings(self) -> dict[str, object]:
-        """What the chosen method and those it requires understand of these settings."""
-        known = {"resolution": self.resolution, "samples": self.samples, "live": self.live}
-        wanted = set()
-        for name in methods.with_required([self.method]):
-            wanted |= methods.get(name).DEFAULTS.keys()
-        return {key: value for key, value in known.items() if key in wanted}
+        """What a bake of the chosen method and those it requires is asked for."""
+        found = {}
+        for kind in methods.with_required([self.method]):
+            found |= self.settings_of(kind)
+        return found
 
     def bake_arguments(self) -> list[str]:
         """The same for the command line's bake."""
         return [word for name, value in self.bake_settings().items() for word in ("--set", f"{name}={json.dumps(value)}")]
+
+
+for _name, _group in GROUPS.items():
+    ReflectSceneSettings.__annotations__[_name] = bpy.props.PointerProperty(
+        type=_group, name=methods.get(_name).LABEL, description=f"Settings of the method {methods.get(_name).LABEL}"
+    )

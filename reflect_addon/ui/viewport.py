@@ -21,6 +21,10 @@ def unregister() -> None:
     handler.unregister()
 
 
+PREPARING = "Reflect: preparing the reflections"
+SHOWN = 0.3  # s: longer than from a text to the walk that the drawing follows
+
+
 def _display(scene: bpy.types.Scene, state: live.Live) -> None:
     joined = state.joined()
     if not joined:
@@ -31,9 +35,22 @@ def _display(scene: bpy.types.Scene, state: live.Live) -> None:
         found = _new_session(scene)
         session.set_session(scene.name, found)
     found.attenuation = scene.reflect.half_distance or None
+    others = found.shows_others(state.method, joined)
     found.set_assets(state.method, joined, state.surfaces)
-    found.refresh()
     state.draw_error = lambda: found.message
+    if others:
+        # The driver may compile for seconds, in the first draw: the window says so before it stands still.
+        _say(PREPARING)
+        handler.refresh_soon()
+        bpy.app.timers.register(lambda: _say(None), first_interval=SHOWN)
+    else:
+        found.refresh()
+
+
+def _say(text: str | None) -> None:
+    """In the status bar; None: as usual."""
+    for window in bpy.context.window_manager.windows:
+        window.workspace.status_text_set(text)
 
 
 def _new_session(scene: bpy.types.Scene) -> session.ViewportSession:

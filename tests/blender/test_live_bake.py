@@ -62,11 +62,12 @@ def test_surfaces_are_baked_once_and_for_what_may_move(stage, tmp_path):
     path = tmp_path / "surface_radiance-all"
     assert bake(live=False) and not path.exists()
     first = bake(reflectors=["Mirror"])  # its billboards are fresh: `live` changes nothing in them
-    assert first >= 2 and set(meshes_of(load_asset(path))) == {"Red", "Blue"}, "mirrors are pictures with normals, which no surface holds"
+    assert first >= 2 and set(meshes_of(load_asset(path))) == {"Red", "Blue", "Second"}, "what the mirror sees, the other mirror too"
     bake(reflectors=["Second"])
     asset = load_asset(path)
     meshes = meshes_of(asset)
-    assert set(meshes) == {"Red", "Blue"}, "an earlier bake's are kept"
+    assert set(meshes) == {"Red", "Blue", "Second", "Mirror"}, "an earlier bake's are kept"
+    assert not meshes["Mirror"].radiance.any(), "a bare metal has no light of its own"
     assert asset.light_hash == scene.light_hash == load_asset(tmp_path / "billboards-Mirror").light_hash != ""
     assert bake() == 0, "all is fresh"
     (path / "asset.json").write_text("{")

@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -135,7 +136,7 @@ def test_a_real_bake(registered, tmp_path):
     bpy.context.object.data.materials.append(material)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "real.blend"))
     settings = bpy.context.scene.reflect
-    settings.method, settings.resolution, settings.samples = "sphere_proxy", 16, 1
+    settings.method, settings.environment.resolution, settings.environment.samples = "sphere_proxy", "16", 1
     assert bpy.ops.reflect.bake() == {"FINISHED"}
     state = live_state()
     assert set(state.assets) == {("environment", "Sphere"), ("sphere_proxy", "Sphere")}
@@ -162,6 +163,65 @@ def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
     assert live_state().changed
     bpy.ops.reflect.refresh()
     assert live_state().stale == ("Ball",)
+
+
+def test_another_setting_makes_assets_old(ball):
+    """Baked by the command line with its defaults: fresh here. A changed field says so, undo takes it back."""
+    from reflect_addon.core.methods import environment as method
+    from reflect_addon.scene.bake import inputs_hash
+    from reflect_addon.scene.places import assets_of
+
+    snapshot, settings = live_state().snapshot, bpy.context.scene.reflect
+    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[0], method.DEFAULTS)
+    asset = replace(environment(fresh), settings=dict(method.DEFAULTS))
+    save_asset(asset, assets_of(bpy.context.scene) / "environment-Ball")
+    bpy.ops.reflect.refresh()
+    assert (live_state().stale, live_state().other_settings) == ((), ())
+    bpy.ops.ed.undo_push(message="before")
+    settings.environment.samples = 32
+    bpy.ops.ed.undo_push(message="samples")
+    assert (live_state().stale, live_state().other_settings) == ((), ("Ball",))
+    text = drawn()
+    assert "Bake Again" in text and "Ball was baked with other settings" in text
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.reflect.environment.samples == 16 and live_state().other_settings == ()
+    bpy.ops.ed.redo()
+    assert bpy.context.scene.reflect.environment.samples == 32 and live_state().other_settings == ("Ball",)
+    bpy.context.scene.reflect.billboards.texels = "64"
+    bpy.context.scene.reflect.environment.samples = 16
+    assert live_state().other_settings == (), "another method's settings are not this one's"
+
+
+def test_bakes_are_asked_for_what_is_set(ball, monkeypatch):
+    """The worker gets every setting of the method and of what it requires, as the command line reads them."""
+    from reflect_addon import cli
+
+    seen = fake_worker(monkeypatch, "print(json.dumps({'done': []}))")
+    settings = bpy.context.scene.reflect
+    settings.method = "depth_maps"
+    settings.depth_maps.maps, settings.depth_maps.half, settings.depth_maps.ground_morph = 2, True, 0.3
+    bpy.ops.reflect.bake()
+    words = seen[0][3]
+    assert words[::2] == ["--set"] * (len(words) // 2)
+    given = dict(cli._setting(word) for word in words[1::2])
+    assert given == settings.bake_settings()
+    assert (given["maps"], given["half"], given["ground_morph"], given["optimal"]) == (2, True, 0.3, False)
+    settings.method, settings.environment.resolution = "box_proxy", "512"
+    assert settings.bake_settings() == {"resolution": 512, "samples": 16, "sky_error": 0.0075}
+
+
+def test_only_fields_of_the_method_are_drawn(ball):
+    settings = bpy.context.scene.reflect
+    for method, there, not_there in (
+        ("environment", {"resolution", "samples", "sky_error"}, {"texels", "maps", "ground_size"}),
+        ("sphere_proxy", {"resolution"}, {"texels"}),
+        ("billboards", {"texels", "live", "ground_size", "ground_morph", "ground_height"}, {"maps", "turns"}),
+        ("depth_maps", {"maps", "turns", "points", "rows", "optimal", "half", "refine", "texels", "self_reflections"}, {"layers"}),
+        ("OFF", set(), {"resolution", "samples"}),
+    ):
+        settings.method = method
+        words = set(drawn().split())
+        assert there <= words and not not_there & words, method
 
 
 def test_a_failing_bake_says_why(ball, monkeypatch):
@@ -312,7 +372,10 @@ def drawn(**space):
         space_data=SimpleNamespace(shading=shading, overlay=overlay),
     )
     seen = []
-    for cls in (panel.REFLECT_PT_main, panel.REFLECT_PT_found, panel.REFLECT_PT_settings, panel.REFLECT_PT_assets):
+    for cls in (
+        panel.REFLECT_PT_main, panel.REFLECT_PT_found, panel.REFLECT_PT_settings, panel.REFLECT_PT_advanced,
+        panel.REFLECT_PT_assets,
+    ):  # fmt: skip
         if not hasattr(cls, "poll") or cls.poll(context):
             cls.draw(SimpleNamespace(layout=_Layout(seen)), context)
     return " ".join(str(word) for entry in seen for word in entry[1:] if isinstance(word, str))

@@ -98,10 +98,11 @@ def test_registering_imports_no_gpu():
 def test_everything_has_a_tooltip(registered):
     """Every operator, every property of ours, every item of their enums."""
     groups = [bpy.types.Scene.bl_rna.properties["reflect"].fixed_type]
+    groups += [p.fixed_type for p in groups[0].properties if p.type == "POINTER" and p.identifier != "rna_type"]
     preferences = [c for c in bpy.types.AddonPreferences.__subclasses__() if "reflect_addon" in c.__module__]
     groups += [c.bl_rna for c in preferences if c.is_registered]
     operators = [getattr(bpy.ops.reflect, name).get_rna_type() for name in dir(bpy.ops.reflect)]
-    assert len(operators) >= 6 and len(groups) == 2
+    assert len(operators) >= 6 and len(groups) >= 7
     for operator in operators:
         assert len(operator.description) > 15 and operator.name, operator.identifier
     own = [p for rna in groups + operators for p in rna.properties if p.identifier not in ("rna_type", "name", "bl_idname")]
@@ -125,19 +126,78 @@ def test_method_tooltips_come_from_the_modules(registered):
         assert len(tooltip) > 10 and tooltip[0].isupper() and "`" not in tooltip and number >= 0, (name, label)
 
 
-def test_a_chosen_method_is_saved_with_the_file(registered, tmp_path):
-    bpy.context.scene.reflect.method = "environment"
-    bpy.context.scene.reflect.resolution = 64
+def test_a_chosen_method_and_its_settings_are_saved_with_the_file(registered, tmp_path):
+    settings = bpy.context.scene.reflect
+    settings.method = "environment"
+    settings.environment.resolution, settings.depth_maps.maps, settings.billboards.ground_size = "64", 7, 2.5
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    assert bpy.context.scene.reflect.method == "OFF"
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
-    assert (bpy.context.scene.reflect.method, bpy.context.scene.reflect.resolution) == ("environment", 64)
-
-
-def test_a_resolution_is_a_power_of_two(registered):
-    """Cube maps need it, and a dragged slider does not know."""
     settings = bpy.context.scene.reflect
-    for given, kept in ((300, 256), (17, 16), (4096, 4096), (1000, 1024)):
-        settings.resolution = given
-        assert settings.resolution == kept
+    assert settings.method == "OFF" and settings.environment.resolution == "256"
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    settings = bpy.context.scene.reflect
+    assert (settings.method, settings.settings_of("environment")["resolution"]) == ("environment", 64)
+    assert settings.depth_maps.maps == 7 and settings.settings_of("billboards")["ground_size"] == 2.5
+
+
+def test_every_setting_has_a_field_with_the_command_lines_default(registered):
+    """All of --set's names and values, so that what the panel bakes is what the command line bakes."""
+    from reflect_addon.core import methods
+    from reflect_addon.core.settings import COMMON
+
+    for method in methods.all_methods():
+        bpy.context.scene.reflect.method = method.NAME
+        found = bpy.context.scene.reflect.settings_of(method.NAME)
+        in_window = {name: COMMON[name].in_window for name in found if name in COMMON and COMMON[name].in_window is not None}
+        assert found == {**method.DEFAULTS, **in_window} and in_window in ({}, {"live": True})
+        assert all(type(value) is type(method.DEFAULTS[name]) for name, value in found.items())
+        methods.check_settings([method.NAME], bpy.context.scene.reflect.bake_settings())
+
+
+def test_every_setting_has_words(registered):
+    """A setting without words works, but people have to guess: add it to core/settings.py or to its method's SETTINGS."""
+    from reflect_addon.core import methods, settings
+
+    for method in methods.all_methods():
+        for name in method.DEFAULTS:
+            assert name in settings.COMMON or name in getattr(method, "SETTINGS", {}), f"{method.NAME}: {name} has no words"
+
+
+def test_fields_hold_what_the_command_line_takes(registered):
+    """Ends of the ranges; a side of an image is a menu of powers of two, where a dragged number would stop at none."""
+    from reflect_addon.core import methods
+
+    settings = bpy.context.scene.reflect
+    sides = {"resolution": [], "texels": []}
+    for method in methods.all_methods():
+        settings.method = method.NAME
+        for name in method.DEFAULTS:
+            prop = getattr(settings, method.NAME).bl_rna.properties[name]
+            if prop.type == "ENUM":
+                sides[name] += [int(item.identifier) for item in prop.enum_items]
+                ends = [int(prop.enum_items[i].identifier) for i in (0, -1)]
+            else:
+                ends = [] if prop.type == "BOOLEAN" else [prop.hard_min, min(prop.hard_max, 1e6 if prop.type == "FLOAT" else 999999)]
+            for end in ends:
+                methods.check_settings([method.NAME], {name: end})
+    assert all(values and all(n & (n - 1) == 0 for n in values) for values in sides.values())
+    assert max(sides["resolution"]) == 4096
+
+
+def test_a_method_that_says_nothing_about_its_settings_has_fields(registered):
+    """What a later method gets for free: fields with its types and defaults."""
+    from types import SimpleNamespace
+
+    from reflect_addon.ui.method_settings import group_of, values_of
+
+    toy = SimpleNamespace(NAME="toy", LABEL="Toy", DEFAULTS={"gain": 0.7, "deep_steps": 3, "fine": True, "texels": 64})
+    group = group_of(toy)
+    bpy.utils.register_class(group)
+    bpy.types.Scene.reflect_toy = bpy.props.PointerProperty(type=group, name="Toy", description="For this test only")
+    try:
+        settings = bpy.context.scene.reflect_toy
+        assert values_of(settings, toy) == toy.DEFAULTS
+        assert group.bl_rna.properties["deep_steps"].name == "Deep Steps"
+    finally:
+        del bpy.types.Scene.reflect_toy
+        bpy.utils.unregister_class(group)

@@ -163,6 +163,16 @@ def test_maps_are_only_placed_anew(scene, rng, kind):
     assert remake_set(asset, change(scene, "Torus", mesh=bent)).remade == asset.parts[1:]
 
 
+@pytest.mark.parametrize("kind", ["flat_mirror", "mirror_map"])
+def test_mirrors_whose_normals_are_the_worlds_are_made_again_when_they_turn(scene, rng, kind):
+    """But not when the reflector that shows them moves: they stay where their object is."""
+    asset = Asset("depth_maps", "Mirror", {}, parts=parts_of(scene, scene.instances[0], [("Second", kind)]), light_hash="day")
+    for changed in (change(scene, "Second", turn(rng)), change(scene, "Second", mesh=bent)):
+        assert remake_set(asset, changed).remade == asset.parts[1:]
+    for nothing in (scene, change(scene, "Mirror", turn(rng)), change(scene, "Mirror", mesh=bent)):
+        assert remake_set(asset, nothing) == type(remake_set(asset, scene))()
+
+
 def test_impossible_parts_do_no_harm(assets, scene):
     """Whatever asset.json may say within its rules: a place of zeros, a kind of another version."""
     asset = assets["Mirror"]

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import trimesh
 from dataclasses import replace
-from mesh_scenes import snapshot, tracer
+from mesh_scenes import MATTE, MIRROR, smooth_mirror, snapshot, tracer
 
 from reflect_addon.core import surface_radiance
 from reflect_addon.core.asset_files import load_asset, save_asset
 from reflect_addon.core.errors import ReflectError
+from reflect_addon.core.snapshot import Material
 from reflect_addon.core.surface_asset import meshes_of
 from reflect_addon.core.surface_refine import normals, refine
 
@@ -186,6 +187,34 @@ def test_mirrors_are_not_subdivided():
     paint = lambda p, owner: spot(p)  # noqa: E731
     found = meshes_of(surface_radiance.bake(scene, tracer(scene, paint), scene.instances, SETTINGS))
     assert len(found["Mirror"].triangles) == 4 < len(found["Other"].triangles)
+
+
+def test_of_a_mirror_its_own_light_is_kept():
+    """What it mirrors is added when it is shown. A metal has none; a varnished thing has the paint below the varnish, as
+    the tracer of these tests makes it: the paint less what the surface mirrors straight above."""
+    varnish = Material("varnish", metallic=0.0, roughness=0.0, ior=1.5, is_reflector=True)
+    ball = lambda x, material: smooth_mirror(  # noqa: E731
+        trimesh.creation.icosphere(3, 0.5).apply_translation([x, 0, 0]), material
+    )
+    scene = snapshot(ball(0, MIRROR), Varnished=ball(3, varnish), Matt=trimesh.creation.box((1, 1, 1)).apply_translation([0, 3, 0]))
+    paint = lambda p, owner: np.full((len(p), 3), 0.7)  # noqa: E731
+    found = meshes_of(surface_radiance.bake(scene, tracer(scene, paint), scene.instances, SETTINGS))
+    assert not found["Mirror"].radiance.any()
+    np.testing.assert_allclose(found["Matt"].radiance, 0.7, rtol=1e-5)
+    np.testing.assert_allclose(found["Varnished"].radiance, 0.7, rtol=0.02)
+    share = {name: mesh.share(scene, scene.named()[name]) for name, mesh in found.items()}
+    assert share["Mirror"].all() and share["Varnished"].all() and not share["Matt"].any()
+
+
+def test_only_the_part_that_mirrors_counts():
+    """A box with one shiny side: its vertices there mirror, the others do not; of another mesh nobody can tell."""
+    box = trimesh.creation.box((1, 1, 1)).apply_translation([3, 0, 0])
+    box.metadata.update(material=(MATTE, MIRROR), faces=(box.face_normals[:, 2] > 0.5).astype(int))
+    scene, asset = baked(lambda p, owner: constant(p), Box=box)
+    mesh, instance = meshes_of(asset)["Box"], scene.named()["Box"]
+    np.testing.assert_array_equal(mesh.share(scene, instance), mesh.normals[:, 2] > 0.5)
+    assert not mesh.radiance[mesh.normals[:, 2] > 0.5].any() and mesh.radiance[mesh.normals[:, 2] < 0.5].all()
+    assert replace(mesh, faces=99).share(scene, instance) is None
 
 
 def test_a_deformed_mesh_takes_its_radiance_along():

@@ -153,7 +153,7 @@ def test_blocks_are_the_packers(gpu_capture, device, rng):
         found, target, _ = gpu_capture(scene, ["Thing"], camera, room=(5, 9))
         texture = texture_from("atlas_tx", atlas, counts)
         with drawing_state():
-            AtlasBlock(texture, counts).fill(target, where, 4.0)
+            AtlasBlock(texture, counts).fill(target.color_tx, where, 4.0)
         scaled = found.color / np.array([4, 4, 4, 1], "f")
         wanted, same = pack([scaled if k == index else image for k, image in enumerate(images)])
         assert same == placed

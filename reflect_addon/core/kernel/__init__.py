@@ -11,7 +11,7 @@ See docs/decisions.md, "Kernel language", for what a kernel may write.
 from .counting import counted
 from .glsl import GlslKernel, emit_glsl
 from .graph import KernelError
-from .program import Hit, Program, Ray, record, record_function
+from .program import Hit, Program, Ray, record, record_function, type_of
 from .run import Counts, evaluate, run_numpy
 
 __all__ = [
@@ -27,4 +27,5 @@ __all__ = [
     "record",
     "record_function",
     "run_numpy",
+    "type_of",
 ]

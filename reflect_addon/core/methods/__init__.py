@@ -5,15 +5,15 @@ A method module has
     LABEL: str                   the words in the panel
     REQUIRES: tuple[str, ...]    kinds of assets it reads beside its own, baked first
     DEFAULTS: dict               its settings and their defaults
+    SETTINGS: dict               optional: words and values of those that are its own, see core/settings.py
     bake(job: BakeJob) -> Asset  see core/job.py
     trace(k, asset, ray) -> Hit  the kernel (docs/decisions.md, "Kernel language")
 """
 
 from types import ModuleType
 
-from .. import surface_radiance
+from .. import settings, surface_radiance
 from ..errors import ReflectError
-from ..spaces import FAR
 from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, sphere_proxy
 
 # In the order in which people meet them: each repairs what the one before leaves out.
@@ -61,28 +61,17 @@ def with_required(wanted: tuple[str, ...] | list[str]) -> tuple[str, ...]:
     return tuple(ordered)
 
 
-SIDES = {"resolution", "texels"}  # settings that are sides of images
-
-
 def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]) -> None:
     """ReflectError when a setting is known to none of the methods (nor to what they require) or has no possible value."""
-    known: dict[str, object] = {}
-    for name in with_required(wanted):
-        known |= get(name).DEFAULTS
-    if "live" in known:
-        known |= surface_radiance.DEFAULTS
+    owners = [get(name) for name in with_required(wanted)]
+    if any("live" in owner.DEFAULTS for owner in owners):
+        owners.append(surface_radiance)
+    known = {name for owner in owners for name in owner.DEFAULTS}
     for name, value in given.items():
         if name not in known:
             raise ReflectError(
                 f"{', '.join(wanted)} has no setting '{name}'.", f"There are: {', '.join(sorted(known)) or 'none'}."
             )
-        if isinstance(known[name], bool):
-            if type(value) is not bool:
-                raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give true or false.")
-        elif isinstance(known[name], int) and (type(value) is not int or not 1 <= value <= 999999):
-            raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a whole number from 1 to 999999.")
-        # NaN fails the comparison. FAR and more is no length.
-        if isinstance(known[name], float) and (type(value) not in (int, float) or not 0 <= value < FAR):
-            raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a number from 0 on.")
-        if name in SIDES and (value & (value - 1) or not 4 <= value <= 8192):
-            raise ReflectError(f"The setting {name} cannot be {value!r}.", "Give a power of two from 4 to 8192.")
+        for owner in owners:
+            if name in owner.DEFAULTS:
+                settings.of(owner, name).check(name, owner.DEFAULTS[name], value)

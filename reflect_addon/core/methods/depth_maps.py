@@ -12,6 +12,7 @@ map's colours are continued, so that a hit at the very edge shows the object and
 Limits. What no map sees is not there. A mesh that encloses the reflector lends its flat parts only.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,7 +22,7 @@ from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, pack, table_row, write_mirror
 from ..billboard_capture import Texels, capture
 from ..billboard_mirrors import mirror_rows
-from ..depth_atlas import TALLEST, fill_rows, stacked
+from ..depth_atlas import TALLEST, fill_rows, sphere_around, stacked
 from ..depth_choice import views_for
 from ..depth_fit import DepthView
 from ..depth_refine import NOTHING, corners_of
@@ -30,13 +31,31 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
 from ..remake import parts_of
+from ..settings import COMMON, Setting
 from . import billboards
 
 NAME = "depth_maps"
 LABEL = "Depth Maps"
 REQUIRES = ()
+SETTINGS = {
+    "texels": replace(COMMON["texels"], high=srdm.MAX_SIDE),
+    "maps": Setting("Maps", "Most depth maps of one object. Fewer are taken where fewer see all that is reflected", soft_high=16),
+    "self_reflections": Setting(
+        "Self Reflections", "Depth maps of the reflector itself where its own reflected rays meet it (a handle, a spout)"
+    ),
+    "turns": Setting("Turns", "Directions for which a depth map is simplified. More find edges better and need memory",
+                     soft_high=180, advanced=True),
+    "points": Setting("Points", "Points that are left of each row of a simplified depth map. More follow finer shapes and "
+                      "cost time for each pixel", low=2, high=srdm.MAX_SIDE, soft_high=64, advanced=True),
+    "rows": Setting("Rows", "Rows of a simplified depth map that a ray looks up. 2: sharper edges at twice the cost",
+                    high=2, advanced=True),
+    "optimal": Setting("Optimal", "The best simplified rows instead of good ones. Takes longer to bake", advanced=True),
+    "half": Setting("Half Precision", "Half the memory for the simplified rows, with coarser points", advanced=True),
+    "refine": Setting("Refine", "Move each hit from the simplified row onto the depth map itself. Without it reflections are "
+                      "drawn faster and less exactly", advanced=True),
+}  # fmt: skip
 DEFAULTS = {
-    **{name: value for name, value in billboards.DEFAULTS.items() if name != "live"},  # maps only move: no surfaces
+    **billboards.DEFAULTS,
     "texels": 256,
     "maps": 4,  # most maps of one object
     "self_reflections": True,  # maps of the reflector itself, where its rays meet it
@@ -127,9 +146,7 @@ def _write_maps(job, rows: np.ndarray, stand_ins: list, captured: list[Texels], 
         depth = stand_ins[i].depth(captured[i].distance)
         tables.append(_table(job, depth))
         depths.append(corners_of(depth))
-        vertices = job.scene.world_positions(by_name[stand_ins[i].instance])
-        middle = (vertices.min(0) + vertices.max(0)) / 2
-        spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
+        spheres.append(sphere_around(job.scene.world_positions(by_name[stand_ins[i].instance])))
     image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
     depth_image, depth_at = stacked(depths, (NOTHING,) * 4)
     corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]

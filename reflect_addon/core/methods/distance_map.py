@@ -17,12 +17,17 @@ taken for the answer though something stands before it. What the centre does not
 from .. import cubemap, distance_search, spaces
 from ..asset import Asset
 from ..kernel import Hit
+from ..settings import Setting
 from . import environment
 from ..job import BakeJob
 
 NAME = "distance_map"
 LABEL = "Distance Map"
 REQUIRES = ("environment",)
+SETTINGS = {
+    "guesses": Setting("Guesses", "Steps that look for the point which a reflected ray hits. Each costs time for each pixel",
+                       soft_high=16, advanced=True)
+}  # fmt: skip
 DEFAULTS = {"guesses": 8}
 
 

@@ -84,7 +84,7 @@ def _bare_sky(job: BakeJob, kind: str, center: np.ndarray, n: int, hide: tuple[s
     first, second = hits.radiance[-2 * PROBES : -PROBES], hits.radiance[-PROBES:]
     if hits.hit.any() or np.abs(first - second).max() > NOISE * np.abs(first).max():
         return None
-    hits = _part(hits, slice(0, -2 * PROBES))
+    hits = hits.part(slice(0, -2 * PROBES))
     face = spaces.cube_coordinates(direction)[0]
     while True:
         asset = _asset(job, kind, center, n, hits)
@@ -100,10 +100,6 @@ def _bare_sky(job: BakeJob, kind: str, center: np.ndarray, n: int, hide: tuple[s
 
 def _joined(*bundles: Rays) -> Rays:
     return Rays(*(np.concatenate([getattr(b, name) for b in bundles]) for name in ("origin", "direction")))
-
-
-def _part(hits: Hits, rows: slice) -> Hits:
-    return Hits(*(getattr(hits, f)[rows] for f in ("radiance", "position", "normal", "object", "hit")), hits.object_names)
 
 
 def trace(k, asset, ray) -> Hit:

@@ -24,12 +24,20 @@ from .. import cubemap, distance_search, spaces
 from ..asset import Asset, half_with_scale
 from ..depth_layers import Layer, layers_behind
 from ..kernel import Hit
+from ..settings import Setting
 from . import environment
 from ..job import BakeJob
 
 NAME = "layered_distance"
 LABEL = "Layered Distance Map"
 REQUIRES = ()
+SETTINGS = {
+    "layers": Setting("Layers", "Surfaces behind each other that the map holds in each direction. More find what is hidden "
+                      "behind other things and cost time for each pixel", soft_high=8, advanced=True),
+    "stride": Setting("Stride", "Texels of the map that a step of the march covers. Fewer find thinner things, slower",
+                      soft_high=16, advanced=True),
+    "iterations": Setting("Iterations", "Steps that refine the hit once the march has found it", soft_high=16, advanced=True),
+}  # fmt: skip
 # layers: at most, as many as hold surfaces; stride: texels a step; iterations: false positions after the march.
 DEFAULTS = {**environment.DEFAULTS, "layers": 3, "stride": 2, "iterations": 3}
 
