@@ -26,6 +26,7 @@ class Hits:
     object: np.ndarray  # (N,) int32, index into object_names; -1 where nothing was hit
     hit: np.ndarray  # (N,) bool
     object_names: tuple[str, ...] = ()  # names of the original objects
+    glossy: np.ndarray | None = None  # (N, 3) float32, the part of radiance that glossy lobes reflect, where it was asked for
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
 from ..remake import parts_of
+from ..view_dependent import arranged, images_of, mean_luminance
 from . import billboards
 
 NAME = "depth_maps"
@@ -57,8 +58,10 @@ def bake(job: BakeJob) -> Asset:
     volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared))
     stand_ins = [*flat, *views_for(job, volumes)]
     captured = capture(job, stand_ins)
-    # What is only lit comes first, quads before maps in each part: the tertiary ray looks among these rows alone.
-    order = sorted(range(len(stand_ins)), key=lambda i: (captured[i].normals is not None, i))
+    # What is only lit comes first, quads before maps in each group: the tertiary ray looks among these rows alone.
+    glossy = arranged(job, stand_ins, captured, mean_luminance(backdrop))
+    order = glossy.order
+    maps_of = glossy.split({i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)})
     stand_ins, captured = [stand_ins[i] for i in order], [captured[i] for i in order]
     views = {i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)}
     opaque = [bool(t.radiance[..., 3].min() == 1.0) for t in captured]
@@ -73,10 +76,12 @@ def bake(job: BakeJob) -> Asset:
         if i not in views:
             rows[i] = table_row(stand_in, placed[i], opaque[i], center)
     mirrors, normal_images, options = mirror_rows(job, stand_ins, captured)
-    diffuse = len(stand_ins) - len(mirrors)
-    for row, (material, where) in zip(rows[diffuse:], mirrors, strict=False):
+    for row, (material, where) in zip(rows[len(stand_ins) - len(mirrors) :], mirrors, strict=False):
         write_mirror(row, material, where, None, center)
-    images = {"billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images}
+    shading_images, shading_options = images_of(job, glossy, stand_ins, captured, scale, center)
+    images = {
+        "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images, **shading_images
+    }  # fmt: skip
     kinds = [_map_kind(captured[i]) if i in views else billboards.kind_of(s, captured[i]) for i, s in enumerate(stand_ins)]
     return Asset(
         kind=NAME,
@@ -85,10 +90,12 @@ def bake(job: BakeJob) -> Asset:
         uniforms={**backdrop.uniforms, "billboard_scale": scale},
         options={
             **backdrop.options,
-            "count": diffuse,
-            "mirrors": len(mirrors),
-            "maps": sum(i < diffuse for i in views),
-            "mirror_maps": sum(i >= diffuse for i in views),
+            "count": sum(glossy.counts[:3]),
+            "mirrors": glossy.counts[3],
+            "maps": maps_of[0],
+            "lamp_maps": maps_of[1],
+            "glossy_maps": maps_of[2],
+            "mirror_maps": maps_of[3],
             "contours": not all(o for i, o in enumerate(opaque) if i not in views),
             "turns": int(job.settings["turns"]),
             "row_texels": -(-int(job.settings["points"]) // 2),
@@ -96,6 +103,7 @@ def bake(job: BakeJob) -> Asset:
             "half": bool(job.settings["half"]),
             "refine": bool(job.settings["refine"]),
             **options,
+            **shading_options,
         },
         settings=dict(job.settings),
         parts=parts_of(job.scene, job.reflector, [(s.instance, kind) for s, kind in zip(stand_ins, kinds, strict=True)]),
@@ -110,11 +118,11 @@ def _map_kind(texels: Texels) -> str:
 
 def _continued(texels: Texels) -> Texels:
     """Colours and normals beyond the outline."""
-    normals = texels.normals
+    normals, own = texels.normals, texels.own
     if normals is not None:
         solid = np.concatenate([normals[..., :3], texels.radiance[..., 3:]], -1)
         normals = np.concatenate([continued(solid)[..., :3], np.zeros_like(solid[..., 3:])], -1)
-    return Texels(continued(texels.radiance), normals, texels.distance)
+    return Texels(continued(texels.radiance), normals, texels.distance, None if own is None else continued(own))
 
 
 def _write_maps(job, rows: np.ndarray, stand_ins: list, captured: list[Texels], placed: list, center) -> dict[str, np.ndarray]:
@@ -160,9 +168,16 @@ def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
 def nearest(k, asset, ray, start, first: int, last: int, search=None):
     """second_order's: the nearest of the rows `first` to before `last`, quads and maps. search: depth_kernel.nearest's."""
     options = asset.options
-    ends = (options["count"], options["count"] + options["mirrors"])
-    found = billboard_kernel.NOTHING
-    for low, high, maps in ((0, ends[0], options["maps"]), (*ends, options["mirror_maps"])):
+    glossy, lamps = options["glossy"], options["lamps"]
+    groups = (
+        (options["count"] - glossy - lamps, options["maps"]),
+        (lamps, options["lamp_maps"]),
+        (glossy, options["glossy_maps"]),
+        (options["mirrors"], options["mirror_maps"]),
+    )
+    found, high = billboard_kernel.NOTHING, 0
+    for rows, maps in groups:
+        low, high = high, high + rows
         if first <= low and high <= last:
             found = billboard_kernel.nearest(k, asset, ray, start, low, high - maps, found)
             found = depth_kernel.nearest(k, asset, ray, start, found, high - maps, high, search)
