@@ -68,6 +68,9 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
         return backdrop(k, asset, last_ray, last_start)
 
     radiance, position, status = k.branch(last[0] < spaces.FAR, texel, miss)
+    if glossy and asset.options["suns"]:
+        rough = in_mirror & (first[1] < diffuse - 0.5)
+        radiance = k.select(rough, k.min(radiance, asset.uniforms["sky_brightest"]), radiance)
     if mirrors + glossy:
         radiance = own + share * radiance
         position = k.select(in_mirror, last_ray.origin, position)

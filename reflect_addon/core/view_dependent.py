@@ -5,12 +5,14 @@ Idea. A glossy row (glossy.py) keeps its picture for rays that need no better (a
 places of `normal_tx`: its normals, its light without its lobe (`own_tx`), and how much of each lamp reaches a texel
 (`seen_tx`). A reflected ray that meets one adds, with itself as eye ray, its lobe over each lamp (lobe.py), and along the
 mirror direction the same as a mirror does, with the footprint of its roughness (hit_shading.py, second_order.py).
-What is a lamp is measured: lamps are stand-ins too, so their radiance is that of their texels, their shape the row's. Things that
-glow count when they are EMITS times as bright as all else. The LAMPS that light the glossy things most are taken; tertiary rays of
+What is a lamp is measured: lamps are stand-ins too, so their radiance is that of their texels, their shape the row's; a sun's
+is what a ray brings. Things that glow count when they are EMITS times as bright as all else. The LAMPS that light the glossy things most are taken; tertiary rays of
 glossy rows pass through them, as they are added already.
 Where we depart. A share of each lamp per texel, of LOOKS points on it: without it highlights lie in shadows, and light
 from a spot's side; the same rays carry what the lamp sends there.
-Limits. No suns and no lamps without a size, which no mirror shows either: they stay out of the lobe. A lamp that moves takes its
+Where a sun is among the lamps, what a glossy row's mirror direction brings is cut at the sky's brightest thousandth: the sun in
+the environment map would be added again.
+Limits. Lamps (and suns) without a size make no highlight; no mirror shows them either. A lamp that moves takes its
 highlights along in the next bake. What else is mirrored has sharp outlines.
 """
 
@@ -36,6 +38,10 @@ LOOKS = ((-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5))
 REACHED = 1 - 1e-3
 # A disk of radius 1 has the area of a square of this half side.
 SQUARE = np.sqrt(np.pi) / 2
+# A sun stands this many scene's diagonals away.
+AWAY = 1e3
+# Share of the environment map that is darker than what is taken for the sun in it.
+SKY = 0.999
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -69,6 +75,7 @@ class Glossy:
     order: list[int]  # the stand-ins': lit, lamps, glossy, mirrors
     counts: tuple[int, int, int, int]  # how many of each
     lamps: tuple[Lamp, ...] = ()
+    brightest: float = 0.0  # of what a glossy row mirrors: SKY of the backdrop; 0 where no sun is among the lamps
 
     def split(self, chosen: set[int]) -> list[int]:
         """How many of the chosen stand-ins each of the four groups has."""
@@ -76,31 +83,28 @@ class Glossy:
         return [sum(i in chosen for i in self.order[a:b]) for a, b in zip(ends, ends[1:], strict=False)]
 
 
-def arranged(job: BakeJob, stand_ins: list, captured: list[Texels], surroundings: float) -> Glossy:
-    """The order of the rows, and the lamps. surroundings: mean luminance of the backdrop."""
+def arranged(job: BakeJob, stand_ins: list, captured: list[Texels], backdrop: Asset) -> Glossy:
+    """The order of the rows, and the lamps. backdrop: the environment map."""
     group = [3 * (t.normals is not None) - (t.own is not None) for t in captured]
-    lamps: tuple[Lamp, ...] = ()
+    lamps, brightest = (), 0.0
     if 2 in group:
-        lamps = _lamps(job, stand_ins, captured, group, surroundings)
+        sky = backdrop.images["radiance_tx"][..., :3].astype(np.float64) * backdrop.uniforms["radiance_scale"]
+        lamps = _lamps(job, stand_ins, captured, group, float(np.minimum(sky, np.quantile(sky, SKY)).mean((0, 1)) @ LUMINANCE))
+        if {lamp.instance for lamp in lamps} & {sun.name for sun in job.scene.suns}:
+            brightest = float(np.quantile(sky, SKY))
         group = [1 if g == 0 and s.instance in {i.instance for i in lamps} else g for g, s in zip(group, stand_ins, strict=True)]
     order = sorted(range(len(group)), key=lambda i: group[i])
-    return Glossy(order, tuple(group.count(g) for g in range(4)), lamps)
-
-
-def mean_luminance(backdrop: Asset) -> float:
-    """Of an environment map: what a lamp's radiance is compared with."""
-    mean = backdrop.images["radiance_tx"][..., :3].astype(np.float64).mean((0, 1)) @ LUMINANCE
-    return float(mean * backdrop.uniforms["radiance_scale"])
+    return Glossy(order, tuple(group.count(g) for g in range(4)), lamps, brightest)
 
 
 def _lamps(job: BakeJob, stand_ins: list, captured: list[Texels], group: list[int], surroundings: float) -> tuple[Lamp, ...]:
-    """The lamps that light the glossy stand-ins most, at most LAMPS."""
+    """The lamps that light the glossy stand-ins most, at most LAMPS. surroundings: mean luminance of the backdrop."""
     named = job.scene.named()
     official = {lamp.name for lamp in job.scene.lamps}
     lit = [(s, _mean(t)) for s, t, g in zip(stand_ins, captured, group, strict=True) if g == 0 and t.radiance[..., 3].any()]
     usual = [radiance @ LUMINANCE for s, (radiance, _) in lit if s.instance not in official]
     bright = EMITS * np.mean([surroundings, *np.minimum(usual, np.median(usual))] if usual else [surroundings])
-    found: dict[object, Lamp] = {}
+    found: dict[object, Lamp] = {lamp.instance: lamp for lamp in _suns(job)}
     for stand_in, (radiance, coverage) in lit:
         if stand_in.instance in official or radiance @ LUMINANCE > bright:
             instance = named[stand_in.instance]
@@ -116,6 +120,22 @@ def _lamps(job: BakeJob, stand_ins: list, captured: list[Texels], group: list[in
         return float(sum(lamp.radiance @ LUMINANCE * area / max(np.sum((lamp.center - p) ** 2), area) for p in places))
 
     return tuple(sorted(found.values(), key=strength, reverse=True)[:LAMPS])
+
+
+def _suns(job: BakeJob) -> list[Lamp]:
+    if not job.scene.suns:
+        return []
+    toward = np.array([sun.toward for sun in job.scene.suns], np.float64)
+    middle, size = np.mean(job.scene.bounds(), axis=0), max(job.scene.diagonal(), 1e-30)
+    origin = middle + toward * size  # outside of all
+    shown = job.trace(Rays(origin.astype(np.float32), toward.astype(np.float32)), hide=(), samples=1).radiance
+    lamps = []
+    for sun, to, radiance in zip(job.scene.suns, toward, shown.astype(np.float64), strict=True):
+        side = AWAY * size * np.tan(sun.angle / 2) * SQUARE
+        u = np.cross(to, np.eye(3)[np.abs(to).argmin()])
+        u *= side / np.linalg.norm(u)
+        lamps.append(Lamp(sun.name, middle + to * AWAY * size, u, np.cross(u, to), False, radiance))
+    return lamps
 
 
 def _mean(texels: Texels) -> tuple[np.ndarray, float]:
@@ -164,12 +184,12 @@ def _reaching(job: BakeJob, lamp: Lamp, start: np.ndarray) -> np.ndarray:
 
 
 def images_of(job: BakeJob, glossy: Glossy, stand_ins: list, captured: list[Texels], scale: float, center):
-    """(images, options) of shading at the hit; nothing for a scene without glossy stand-ins.
+    """(images, uniforms, options) of shading at the hit; nothing for a scene without glossy stand-ins.
 
     stand_ins, captured: in the order of their rows; scale: what radiance is stored divided by; center: (3,) of the asset."""
     lit, aside, count, _ = glossy.counts
     if not count:
-        return {}, {"glossy": 0, "lamps": 0}
+        return {}, {}, {"glossy": 0, "lamps": 0}
     shiny = range(lit + aside, len(stand_ins))
     texels = [captured[i] for i in shiny]
     own = [t.radiance if t.own is None else t.own for t in texels]
@@ -181,9 +201,8 @@ def images_of(job: BakeJob, glossy: Glossy, stand_ins: list, captured: list[Texe
         row[0, 3] = lamp.is_ball
     options = {
         "glossy": count, "lamps": aside, "lamp_count": len(glossy.lamps),
-        "ball_lamps": any(lamp.is_ball for lamp in glossy.lamps),
+        "ball_lamps": any(lamp.is_ball for lamp in glossy.lamps), "suns": glossy.brightest > 0,
     }  # fmt: skip
     seen_image, _ = pack(looks)
-    return {
-        "own_tx": own_image.astype(np.float16), "seen_tx": seen_image.astype(np.float16), "lamp_buf": table
-    }, options  # fmt: skip
+    images = {"own_tx": own_image.astype(np.float16), "seen_tx": seen_image.astype(np.float16), "lamp_buf": table}
+    return images, {"sky_brightest": glossy.brightest} if glossy.brightest > 0 else {}, options

@@ -33,7 +33,7 @@ from ..kernel import Hit
 from ..mirrors import mirror_of
 from ..remake import parts_of
 from ..snapshot import Instance, corners_of
-from ..view_dependent import arranged, images_of, mean_luminance
+from ..view_dependent import arranged, images_of
 from . import environment
 from ..job import BakeJob
 
@@ -53,7 +53,7 @@ def bake(job: BakeJob) -> Asset:
     quads, backdrop = with_backdrop(job, NAME)
     captured = capture(job, quads)
     # What is only lit comes first: the tertiary ray looks among these rows alone.
-    glossy = arranged(job, quads, captured, mean_luminance(backdrop))
+    glossy = arranged(job, quads, captured, backdrop)
     quads, captured = [quads[i] for i in glossy.order], [captured[i] for i in glossy.order]
     images = [texels.radiance for texels in captured]
     atlas, placed = pack(images)
@@ -66,12 +66,12 @@ def bake(job: BakeJob) -> Asset:
     first = len(quads) - len(mirrors)
     for row, quad, (material, where) in zip(rows[first:], quads[first:], mirrors, strict=False):
         write_mirror(row, material, where, quad, center)
-    shading_images, shading_options = images_of(job, glossy, quads, captured, scale, center)
+    shading_images, shading_uniforms, shading_options = images_of(job, glossy, quads, captured, scale, center)
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
         images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **shading_images},
-        uniforms={**backdrop.uniforms, "billboard_scale": scale},
+        uniforms={**backdrop.uniforms, "billboard_scale": scale, **shading_uniforms},
         options={
             **backdrop.options,
             "count": sum(glossy.counts[:3]),

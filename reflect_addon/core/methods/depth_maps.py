@@ -30,7 +30,7 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
 from ..remake import parts_of
-from ..view_dependent import arranged, images_of, mean_luminance
+from ..view_dependent import arranged, images_of
 from . import billboards
 
 NAME = "depth_maps"
@@ -59,7 +59,7 @@ def bake(job: BakeJob) -> Asset:
     stand_ins = [*flat, *views_for(job, volumes)]
     captured = capture(job, stand_ins)
     # What is only lit comes first, quads before maps in each group: the tertiary ray looks among these rows alone.
-    glossy = arranged(job, stand_ins, captured, mean_luminance(backdrop))
+    glossy = arranged(job, stand_ins, captured, backdrop)
     order = glossy.order
     maps_of = glossy.split({i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)})
     stand_ins, captured = [stand_ins[i] for i in order], [captured[i] for i in order]
@@ -78,7 +78,7 @@ def bake(job: BakeJob) -> Asset:
     mirrors, normal_images, options = mirror_rows(job, stand_ins, captured)
     for row, (material, where) in zip(rows[len(stand_ins) - len(mirrors) :], mirrors, strict=False):
         write_mirror(row, material, where, None, center)
-    shading_images, shading_options = images_of(job, glossy, stand_ins, captured, scale, center)
+    shading_images, shading_uniforms, shading_options = images_of(job, glossy, stand_ins, captured, scale, center)
     images = {
         "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images, **shading_images
     }  # fmt: skip
@@ -87,7 +87,7 @@ def bake(job: BakeJob) -> Asset:
         kind=NAME,
         reflector=job.reflector.name,
         images={**backdrop.images, **images},
-        uniforms={**backdrop.uniforms, "billboard_scale": scale},
+        uniforms={**backdrop.uniforms, "billboard_scale": scale, **shading_uniforms},
         options={
             **backdrop.options,
             "count": sum(glossy.counts[:3]),
