@@ -16,7 +16,7 @@ Limits. Lamps (and suns) without a size make no highlight; no mirror shows them 
 highlights along in the next bake. What else is mirrored has sharp outlines.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -73,6 +73,7 @@ class Glossy:
     """What a bake's stand-ins need for shading at the hit, in the order of their rows."""
 
     order: list[int]  # the stand-ins': lit, lamps, glossy, mirrors
+    captured: list[Texels]  # theirs, in that order
     counts: tuple[int, int, int, int]  # how many of each
     lamps: tuple[Lamp, ...] = ()
     brightest: float = 0.0  # of what a glossy row mirrors: SKY of the backdrop; 0 where no sun is among the lamps
@@ -92,18 +93,21 @@ def arranged(job: BakeJob, stand_ins: list, captured: list[Texels], backdrop: As
         lamps = _lamps(job, stand_ins, captured, group, float(np.minimum(sky, np.quantile(sky, SKY)).mean((0, 1)) @ LUMINANCE))
         if {lamp.instance for lamp in lamps} & {sun.name for sun in job.scene.suns}:
             brightest = float(np.quantile(sky, SKY))
-        group = [1 if g == 0 and s.instance in {i.instance for i in lamps} else g for g, s in zip(group, stand_ins, strict=True)]
+        names = {lamp.instance for lamp in lamps}
+        group = [1 if g in (0, 2) and s.instance in names else g for g, s in zip(group, stand_ins, strict=True)]
     order = sorted(range(len(group)), key=lambda i: group[i])
-    return Glossy(order, tuple(group.count(g) for g in range(4)), lamps, brightest)
+    # What glows has no lobe that matters beside its own light.
+    shown = [replace(captured[i], normals=None, own=None) if group[i] == 1 else captured[i] for i in order]
+    return Glossy(order, shown, tuple(group.count(g) for g in range(4)), lamps, brightest)
 
 
 def _lamps(job: BakeJob, stand_ins: list, captured: list[Texels], group: list[int], surroundings: float) -> tuple[Lamp, ...]:
     """The lamps that light the glossy stand-ins most, at most LAMPS. surroundings: mean luminance of the backdrop."""
     named = job.scene.named()
     official = {lamp.name for lamp in job.scene.lamps}
-    lit = [(s, _mean(t)) for s, t, g in zip(stand_ins, captured, group, strict=True) if g == 0 and t.radiance[..., 3].any()]
+    lit = [(s, _mean(t)) for s, t, g in zip(stand_ins, captured, group, strict=True) if g in (0, 2) and t.radiance[..., 3].any()]
     usual = [radiance @ LUMINANCE for s, (radiance, _) in lit if s.instance not in official]
-    bright = EMITS * np.mean([surroundings, *np.minimum(usual, np.median(usual))] if usual else [surroundings])
+    bright = EMITS * np.quantile([surroundings, *usual], 0.5, method="lower")
     found: dict[object, Lamp] = {lamp.instance: lamp for lamp in _suns(job)}
     for stand_in, (radiance, coverage) in lit:
         if stand_in.instance in official or radiance @ LUMINANCE > bright:

@@ -54,7 +54,7 @@ def bake(job: BakeJob) -> Asset:
     captured = capture(job, quads)
     # What is only lit comes first: the tertiary ray looks among these rows alone.
     glossy = arranged(job, quads, captured, backdrop)
-    quads, captured = [quads[i] for i in glossy.order], [captured[i] for i in glossy.order]
+    quads, captured = [quads[i] for i in glossy.order], glossy.captured
     images = [texels.radiance for texels in captured]
     atlas, placed = pack(images)
     half, scale = half_with_scale(atlas[..., :3])

@@ -62,7 +62,7 @@ def bake(job: BakeJob) -> Asset:
     glossy = arranged(job, stand_ins, captured, backdrop)
     order = glossy.order
     maps_of = glossy.split({i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)})
-    stand_ins, captured = [stand_ins[i] for i in order], [captured[i] for i in order]
+    stand_ins, captured = [stand_ins[i] for i in order], glossy.captured
     views = {i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)}
     opaque = [bool(t.radiance[..., 3].min() == 1.0) for t in captured]
     captured = [_continued(t) if i in views else t for i, t in enumerate(captured)]
