@@ -103,12 +103,12 @@ def _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest):
         terms = mirror_terms(
             k, asset, -toward, base.xyz, base.w, tint.xyz, tint.w, placed.z, surface.share
         )
-        tertiary_start = k.name("tertiary_start", start + step)
         if asset.options["glossy"]:
-            own = shaded(k, asset, ray, row, surface, tertiary_start, terms["kept"])
+            own = shaded(k, asset, ray, row, surface, start + step, terms["kept"])
         else:
             own = billboard_kernel.radiance(k, asset, ray, distance, row, surface.u, surface.v) * terms["kept"]
         k.cite("popescu-2006 3.1 step 5b: intersect rr with the D diffuse billboards")
+        tertiary_start = k.name("tertiary_start", start + step)
         met = _tertiary_hit(k, asset, tertiary, tertiary_start, row, nearest)
         return (
             k.name("own", own), k.name("share", terms["reflectance"]), tertiary.origin, tertiary.direction,

@@ -34,7 +34,7 @@ def stage(roughness, lamp):
     """A camera that looks at the reflection of a red ball in a mirror ball, under a lamp, on a matte floor."""
     scene = bpy.context.scene
     _ball("Mirror", (0, 0, 0.6), (1, 1, 1), 0.0, 1.0)
-    _ball("Red", (1.5, -0.6, 0.6), (0.6, 0.03, 0.02), roughness, 0.0).reflect_mark = "NO"
+    _ball("Red", (1.5, -0.6, 0.6), (0.6, 0.03, 0.02), roughness, 0.0)
     bpy.ops.mesh.primitive_plane_add(size=8)
     light = bpy.data.lights.new("Lamp", lamp)
     light.energy = 3 if lamp == "SUN" else 150
