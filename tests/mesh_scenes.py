@@ -81,11 +81,12 @@ def intersect(scene: SceneSnapshot):
 
 def tracer(scene: SceneSnapshot, paint=None, made=None):
     """BakeJob.trace. paint(positions (N, 3), owner (N,) index or -1) -> radiance that surfaces send out of their own; metals
-    send none, and mirrors what reaches them, by Schlick's curve or Fresnel's equations. made: list that collects (rays, hide)."""
+    send none, and mirrors what reaches them, by Schlick's curve or Fresnel's equations. made: list that collects (rays, hide).
+    Paint has no lobe: glossy=True says so."""
     paint = paint or (lambda position, owner: smooth(position) * (2.0 + owner[:, None]))
     meshes = [world_mesh(scene, instance) for instance in scene.instances]
 
-    def trace(rays: Rays, hide=(), samples=1, progress=None, bounces=BOUNCES) -> Hits:
+    def trace(rays: Rays, hide=(), samples=1, progress=None, bounces=BOUNCES, glossy=False) -> Hits:
         if made is not None and bounces == BOUNCES:
             made.append((rays, tuple(hide)))
         count = len(rays)
@@ -121,7 +122,8 @@ def tracer(scene: SceneSnapshot, paint=None, made=None):
                     start = found.position[some] + lift * normal[some]
                     again = trace(Rays(start.astype("f"), onward.astype("f")), (), samples, None, bounces - 1)
                     radiance[some] += reflected * again.radiance
-        return Hits(radiance, found.position, normal, owner.astype(np.int32), found.hit, tuple(i.name for i in scene.instances))
+        names, lobes = tuple(i.name for i in scene.instances), np.zeros_like(radiance) if glossy else None
+        return Hits(radiance, found.position, normal, owner.astype(np.int32), found.hit, names, lobes)
 
     return trace
 

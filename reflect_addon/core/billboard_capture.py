@@ -11,6 +11,7 @@ import numpy as np
 from . import billboard_mirrors
 from .billboard_fit import Quad
 from .flat_parts import is_closed
+from .glossy import glossy_of, is_on, matte
 from .job import BakeJob
 from .mirrors import mirror_of
 from .rays import Hits, Rays
@@ -36,16 +37,21 @@ class Texels:
     # all times alpha; None: nothing of it mirrors
     normals: np.ndarray | None = None
     distance: np.ndarray | None = None  # (h, w) float64, m along the capture's rays, inf: nothing; None after `coarser`
+    # (h, w, 4) float32 of what is glossy: like radiance, without what its lobe reflects (view_dependent.py); None: of all else
+    own: np.ndarray | None = None
 
     def coarser(self, size: tuple[int, int]) -> "Texels":
         """Means over blocks, at most `size` (height, width)."""
         if self.radiance.shape[:2] == tuple(size):
             return self
-        return Texels(_coarser(self.radiance, size), None if self.normals is None else _coarser(self.normals, size))
+        radiance, normals, own = (
+            None if image is None else _coarser(image, size) for image in (self.radiance, self.normals, self.own)
+        )
+        return Texels(radiance, normals, None, own)
 
 
 @dataclass(eq=False)
-class _Part:
+class Part:
     """The solid texels of one quad, on their way through the bundles."""
 
     instance: Instance
@@ -66,20 +72,22 @@ def capture(job: BakeJob, quads: list[Quad]) -> list[Texels]:
     viewers = job.scene.bounds([job.reflector])
     most = int(job.settings["texels"])
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
-    found = [job.shared.get((quad, most)) if quad.shared else None for quad in quads]
+    kind = most, is_on(job)
+    found = [job.shared.get((quad, *kind)) if quad.shared else None for quad in quads]
     missing = [i for i, texels in enumerate(found) if texels is None]
     parts = [
-        _part(job, quads[i], by_name[quads[i].instance], most if quads[i].shared else quads[i].enough(most, viewers))
+        part(job, quads[i], by_name[quads[i].instance], most if quads[i].shared else quads[i].enough(most, viewers))
         for i in missing
     ]
     hits = _trace_all(job, parts)
     for i, texels in zip(missing, _filled(job, [quads[i] for i in missing], parts, hits, viewers), strict=True):
         found[i] = texels
-    job.shared.update({(quad, most): texels for quad, texels in zip(quads, found, strict=True) if quad.shared})
+    job.shared.update({(quad, *kind): texels for quad, texels in zip(quads, found, strict=True) if quad.shared})
     return [texels.coarser(quad.size(quad.enough(most, viewers))) for quad, texels in zip(quads, found, strict=True)]
 
 
-def _part(job: BakeJob, quad: Quad, instance: Instance, texels: int) -> _Part:
+def part(job: BakeJob, quad: Quad, instance: Instance, texels: int) -> Part:
+    """Where the solid ones of `texels` (along the longer side) lie on the instance's surface."""
     rays = quad.rays(texels)
     distance = job.intersect(instance, rays)
     solid = np.isfinite(distance) & (distance <= quad.reach)
@@ -88,33 +96,35 @@ def _part(job: BakeJob, quad: Quad, instance: Instance, texels: int) -> _Part:
     least = LIFT * max(job.scene.diagonal(), 1e-30)
     lift = np.maximum(least, LIFT_ROUNDING * np.abs(surface).max(-1, keepdims=True))
     start = surface - rays.direction * lift
-    return _Part(instance, quad.size(texels), rays, solid, distance, start[solid], lift[solid, 0])
+    return Part(instance, quad.size(texels), rays, solid, distance, start[solid], lift[solid, 0])
 
 
-def _trace_all(job: BakeJob, parts: list[_Part]) -> list[Hits]:
+def _trace_all(job: BakeJob, parts: list[Part]) -> list[Hits]:
     """What each part's texels show. Other duplis of the reflector's object would be hidden with it."""
     siblings = [p for p in parts if p.instance.object_name == job.reflector.object_name]
     others = [p for p in parts if p.instance.object_name != job.reflector.object_name]
     found = {}
     for group, hide in ((others, (job.reflector.object_name,)), (siblings, ())):
         rays = [Rays(p.start.astype(np.float32), p.direction.astype(np.float32)) for p in group]
-        found.update(zip(map(id, group), _trace(job, rays, hide), strict=True))
+        glossy = is_on(job) and any(glossy_of(job.scene, p.instance) for p in group)
+        found.update(zip(map(id, group), _trace(job, rays, hide, glossy), strict=True))
     return [found[id(p)] for p in parts]
 
 
-def _trace(job: BakeJob, bundles: list[Rays], hide: tuple[str, ...]) -> list[Hits]:
-    """Hits of each bundle, traced as one."""
+def _trace(job: BakeJob, bundles: list[Rays], hide: tuple[str, ...], glossy: bool = False) -> list[Hits]:
+    """Hits of each bundle, traced as one; glossy: with what glossy lobes reflect apart."""
     ends = np.cumsum([0, *map(len, bundles)])
     if not ends[-1]:
         return [Hits(*(np.zeros((0, *n)) for n in ((3,), (3,), (3,), (), ()))) for _ in bundles]
     joined = Rays(np.concatenate([b.origin for b in bundles]), np.concatenate([b.direction for b in bundles]))
-    hits = job.trace(joined, hide=hide, samples=int(job.settings["samples"]))
+    hits = job.trace(joined, hide=hide, samples=int(job.settings["samples"]), **({"glossy": True} if glossy else {}))
     return [hits.part(slice(a, b)) for a, b in zip(ends, ends[1:], strict=False)]
 
 
-def _filled(job: BakeJob, quads: list[Quad], parts: list[_Part], hits: list[Hits], viewers) -> list[Texels]:
+def _filled(job: BakeJob, quads: list[Quad], parts: list[Part], hits: list[Hits], viewers) -> list[Texels]:
     corners = corners_of(viewers)
     mirrors = [mirror_of(job.scene, part.instance) for part in parts]
+    glossy = [glossy_of(job.scene, part.instance) if is_on(job) else None for part in parts]
     shares = [
         mirror and billboard_mirrors.share_of(job, part.instance, mirror, part.rays, part.distance)[part.solid]
         for part, mirror in zip(parts, mirrors, strict=True)
@@ -126,21 +136,32 @@ def _filled(job: BakeJob, quads: list[Quad], parts: list[_Part], hits: list[Hits
     # Nothing is hidden: the captured mirrors showed the reflector too.
     arriving = iter(_trace(job, [r for r, _ in filter(None, rays)], ()))
     out = []
-    for quad, part, h, mirror, share, bent in zip(quads, parts, hits, mirrors, shares, rays, strict=True):
-        radiance, normals = np.zeros((*part.size, 4), np.float32), None
+    for quad, part, h, mirror, lobe, share, bent in zip(quads, parts, hits, mirrors, glossy, shares, rays, strict=True):
+        normals = own = None
         shown = h.radiance
         if bent is not None:
-            normals = np.zeros((*part.size, 4), np.float32)
-            normals.reshape(-1, 4)[part.solid] = np.c_[h.normal * share[:, None], quad.height(h.position)]
+            normals = _image(part, np.c_[h.normal * share[:, None], quad.height(h.position)])
             shown = billboard_mirrors.own_light(mirror.material, shown, bent[1], share, next(arriving).radiance)
-        radiance.reshape(-1, 4)[part.solid] = np.c_[shown, np.ones(len(shown))]
+        elif lobe is not None:
+            share = billboard_mirrors.share_of(job, part.instance, lobe, part.rays, part.distance)[part.solid]
+            normals = _image(part, np.c_[h.normal * share[:, None], quad.height(h.position)])
+            own = _image(part, np.c_[matte(lobe.material, h, part.direction, share), np.ones(len(shown))])
+        radiance = _image(part, np.c_[shown, np.ones(len(shown))])
         seen = np.zeros(len(part.solid), bool)
         if quad.shared:
             seen[part.solid] = ~covered(job, quad, part.start)
         else:
             seen[part.solid] = _faces_any(h.position, h.normal, corners)
-        fill_unseen(radiance, seen.reshape(part.size))
-        out.append(Texels(radiance, normals, part.distance.reshape(part.size)))
+        for image in (radiance, own) if own is not None else (radiance,):
+            fill_unseen(image, seen.reshape(part.size))
+        out.append(Texels(radiance, normals, part.distance.reshape(part.size), own))
+    return out
+
+
+def _image(part: Part, values: np.ndarray) -> np.ndarray:
+    """(h, w, 4) float32 of the solid texels' values."""
+    out = np.zeros((*part.size, 4), np.float32)
+    out.reshape(-1, 4)[part.solid] = values
     return out
 
 

@@ -11,6 +11,7 @@ light is emission, which stands clear of the noise of both traces or does not co
 import numpy as np
 
 from .billboard_atlas import pack
+from .glossy import LEAST_KEPT, glossy_of, lobe_options
 from .job import BakeJob
 from .kernel import evaluate, record_function
 from .mirrors import Mirror, mirror_of
@@ -20,18 +21,8 @@ from .snapshot import Instance, Material
 
 # A metal emits when the median of its own light is this share of all it shows.
 EMITS = 0.5
-# Less than this share of the surface's own light cannot be told from the mirror's noise.
-LEAST_KEPT = 0.05
 # A point belongs to the nearest of two surfaces that lie closer than this share of the distance to their ray's start.
 SAME_SURFACE = 1e-5
-
-
-def lobe_options(materials: list[Material]) -> dict[str, bool]:
-    """core/shading.py's options: which lobes these materials have."""
-    return {
-        "has_metal": any(m.metallic > 0 for m in materials),
-        "has_dielectric": any(m.metallic < 1 for m in materials) or not materials,
-    }
 
 
 def mirror_rows(job: BakeJob, stand_ins: list, captured: list):
@@ -42,7 +33,7 @@ def mirror_rows(job: BakeJob, stand_ins: list, captured: list):
     if not reflective:
         return [], {}, {}
     by_name = {i.name: i for i in job.scene.instances}
-    mirrors = [mirror_of(job.scene, by_name[s.instance]) for s, _ in reflective]
+    mirrors = [_shiny(job, by_name[s.instance]) for s, _ in reflective]
     atlas, placed = pack([normals for _, normals in reflective])
     options = {
         "partly": not all(m.whole for m in mirrors),
@@ -51,6 +42,10 @@ def mirror_rows(job: BakeJob, stand_ins: list, captured: list):
     }
     rows = [(m.material, where) for m, where in zip(mirrors, placed, strict=True)]
     return rows, {"normal_tx": atlas.astype(np.float16)}, options
+
+
+def _shiny(job: BakeJob, instance: Instance) -> Mirror:
+    return mirror_of(job.scene, instance) or glossy_of(job.scene, instance)
 
 
 def share_of(job: BakeJob, instance: Instance, mirror: Mirror, rays: Rays, distance: np.ndarray) -> np.ndarray:

@@ -16,7 +16,8 @@ class BakeJob:
 
     scene: SceneSnapshot
     reflector: Instance
-    trace: Callable[..., Hits]  # trace(rays, hide=names of objects, samples=per ray): scene/raytrace.py
+    # trace(rays, hide=names of objects, samples=per ray): scene/raytrace.py; with glossy=True Hits.glossy is there too
+    trace: Callable[..., Hits]
     # intersect(instance, rays) -> (N,) float64 distance to the instance's own triangles, inf = miss; with slots=(0, 2)
     # to those that show these of its materials only
     intersect: Callable[..., np.ndarray]

@@ -7,6 +7,7 @@ Limits. One material stands for all mirror-like ones of an object, the one of th
 is so wide that the captured radiance shows it as well as one ray would; such objects count as lit, not as mirrors.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,10 +20,10 @@ ROUGHEST = 0.2
 
 @dataclass(frozen=True)
 class Mirror:
-    """The mirror-like part of an instance."""
+    """The mirror-like (or glossy: glossy.py) part of an instance."""
 
     material: Material
-    slots: tuple[int, ...]  # of the instance's materials, those that mirror
+    slots: tuple[int, ...]  # of the instance's materials, those that do
     whole: bool  # all of its surface does
 
 
@@ -30,11 +31,16 @@ def mirror_of(scene: SceneSnapshot, instance: Instance) -> Mirror | None:
     """The part of the instance that mirrors, None for a lit thing."""
     if not instance.is_reflector or not instance.materials:
         return None
+    return part_of(scene, instance, _mirrors)
+
+
+def part_of(scene: SceneSnapshot, instance: Instance, chosen: Callable[[Material], bool]) -> Mirror | None:
+    """The part of the instance that shows the chosen materials, the one of the largest area standing for all; None: nothing."""
     slots = scene.slots(instance)
     triangles = scene.world_positions(instance)[scene.meshes[instance.mesh].triangles]
     area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=-1)
     shown = np.bincount(slots, weights=area, minlength=len(instance.materials))
-    mirrors = [s for s in np.unique(slots).tolist() if _mirrors(scene.materials[instance.materials[s]])]
+    mirrors = [s for s in np.unique(slots).tolist() if chosen(scene.materials[instance.materials[s]])]
     if not mirrors:
         return None
     largest = max(mirrors, key=lambda s: shown[s])

@@ -26,11 +26,13 @@ class Hits:
     object: np.ndarray  # (N,) int32, index into object_names; -1 where nothing was hit
     hit: np.ndarray  # (N,) bool
     object_names: tuple[str, ...] = ()  # names of the original objects
+    glossy: np.ndarray | None = None  # (N, 3) float32, the part of radiance that glossy lobes reflect, where it was asked for
 
     def part(self, rows) -> "Hits":
         """Some of them: rows is a slice, a mask or indices."""
         fields = (self.radiance, self.position, self.normal, self.object, self.hit)
-        return Hits(*(field[rows] for field in fields), self.object_names)
+        glossy = None if self.glossy is None else self.glossy[rows]
+        return Hits(*(field[rows] for field in fields), self.object_names, glossy)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from . import billboard_kernel, spaces
 from .billboard_kernel import fetch
 from .cubemap import blend_levels
+from .hit_shading import shaded
 from .kernel import Hit, Ray
 from .shading import REFLECTANCE_INPUTS, reflectance
 
@@ -41,10 +42,11 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
     nearest(k, asset, ray, start, first, last) -> (distance m, row, u, v): the first of the rows `first` to before `last`
     that the ray meets, distance FAR where it meets none; start: vec3, its origin relative to the asset's centre.
     backdrop(k, asset, ray, start) -> (radiance, position, status): what it sees where it meets none.
-    asset.options: count, mirrors, and for mirrors > 0 partly (some mirror only in part), relief (nearest says where a flat
+    asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), and
+    where there are such or mirrors partly (some mirror only in part), relief (nearest says where a flat
     stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
     """
-    diffuse, mirrors = asset.options["count"], asset.options["mirrors"]
+    diffuse, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
     start = k.name("start", ray.origin - asset.uniforms["center"])
     if not diffuse + mirrors:  # a scene without other objects has no loop
         radiance, position, status = backdrop(k, asset, ray, start)
@@ -52,8 +54,8 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
     k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
     first = nearest(k, asset, ray, start, 0, diffuse + mirrors)
     last_ray, last_start, last = ray, start, first
-    if mirrors:
-        in_mirror = k.name("in_mirror", (first[0] < spaces.FAR) & (first[1] >= diffuse - 0.5))
+    if mirrors + glossy:
+        in_mirror = k.name("in_mirror", (first[0] < spaces.FAR) & (first[1] >= diffuse - glossy - 0.5))
         own, share, last_ray, last_start, last = _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest)
 
     def texel():
@@ -66,7 +68,10 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
         return backdrop(k, asset, last_ray, last_start)
 
     radiance, position, status = k.branch(last[0] < spaces.FAR, texel, miss)
-    if mirrors:
+    if glossy and asset.options["suns"]:
+        rough = in_mirror & (first[1] < diffuse - 0.5)
+        radiance = k.select(rough, k.min(radiance, asset.uniforms["sky_brightest"]), radiance)
+    if mirrors + glossy:
         radiance = own + share * radiance
         position = k.select(in_mirror, last_ray.origin, position)
         status = k.select(in_mirror, spaces.STATUS_HIT, status)
@@ -98,10 +103,13 @@ def _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest):
         terms = mirror_terms(
             k, asset, -toward, base.xyz, base.w, tint.xyz, tint.w, placed.z, surface.share
         )
-        own = billboard_kernel.radiance(k, asset, ray, distance, row, surface.u, surface.v) * terms["kept"]
+        if asset.options["glossy"]:
+            own = shaded(k, asset, ray, row, surface, start + step, terms["kept"])
+        else:
+            own = billboard_kernel.radiance(k, asset, ray, distance, row, surface.u, surface.v) * terms["kept"]
         k.cite("popescu-2006 3.1 step 5b: intersect rr with the D diffuse billboards")
         tertiary_start = k.name("tertiary_start", start + step)
-        met = nearest(k, asset, tertiary, tertiary_start, 0, asset.options["count"])
+        met = _tertiary_hit(k, asset, tertiary, tertiary_start, row, nearest)
         return (
             k.name("own", own), k.name("share", terms["reflectance"]), tertiary.origin, tertiary.direction,
             tertiary.width, tertiary.spread, tertiary_start, *met,
@@ -112,6 +120,22 @@ def _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest):
 
     own, share, origin, direction, width, spread, last_start, *last = k.branch(in_mirror, mirrored, unmirrored)
     return own, share, Ray(origin, direction, width, spread), last_start, last
+
+
+def _tertiary_hit(k, asset, tertiary, start, row, nearest):
+    """A mirror's ray looks at all diffuse stand-ins, a glossy one's neither at the lamps, whose light it has, nor at others
+    that are glossy, itself among them."""
+    count, glossy = asset.options["count"], asset.options["glossy"]
+
+    def looks(last: int):
+        return tuple(nearest(k, asset, tertiary, start, 0, last))
+
+    if not glossy:
+        return looks(count)
+    lit = count - glossy - asset.options["lamps"]
+    if not asset.options["mirrors"]:
+        return looks(lit)
+    return k.branch(row < count - 0.5, lambda: looks(lit), lambda: looks(count))
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,10 @@ COMMON = {
         "Follow Movement", "Reflections of objects follow while the objects move. Bakes what their surfaces send out too, "
         "which takes from a few to some ten seconds more", in_window=True,
     ),
+    "view_dependent": Setting(
+        "View Dependent", "Glossy objects show highlights of lamps where the reflected ray sees them, not where the bake saw "
+        "them. Costs time where something glossy is reflected",
+    ),
     "ground_size": Setting(
         "Ground Size", "Width of the box whose floor is a ground that goes on into the distance, centred on the reflector. "
         "0: chosen from the scene", unit=METRES, soft_high=1000.0,

@@ -56,6 +56,15 @@ class Instance:
 
 
 @dataclass(frozen=True)
+class Sun:
+    """A lamp at infinity that glossy rays see. Its radiance is what a ray towards it brings."""
+
+    name: str
+    toward: tuple[float, float, float]  # unit, world
+    angle: float  # rad, across its disk, > 0
+
+
+@dataclass(frozen=True)
 class SceneSnapshot:
     """Everything the methods may know about the scene at one frame."""
 
@@ -68,6 +77,7 @@ class SceneSnapshot:
     geometry_hash: str = ""  # sha256 over meshes, transforms, materials, lights and world: what an asset depends on
     warnings: tuple[str, ...] = field(default=())  # objects left out, and why
     light_hash: str = ""  # sha256 over materials and who has them, lights and world: no mesh and no object's place
+    suns: tuple[Sun, ...] = ()
 
     def reflectors(self) -> tuple[Instance, ...]:
         return tuple(i for i in self.instances if i.is_reflector)

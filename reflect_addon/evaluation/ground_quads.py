@@ -20,7 +20,7 @@ from ..core.methods import environment
 
 def alone(asset: Asset) -> Asset:
     """A billboards' asset with a ground, without its quads: the ground's box and the environment map."""
-    return replace(asset, options={**asset.options, "count": 0, "mirrors": 0})
+    return replace(asset, options={**asset.options, "count": 0, "mirrors": 0, "glossy": 0})
 
 
 def five_quads(asset: Asset) -> Asset:
@@ -47,7 +47,7 @@ def five_quads(asset: Asset) -> Asset:
     rows = table_rows(quads, [Placed(0, 0, 1, 1, 1)] * 5, [True] * 5, center)
     return replace(
         asset, images={"radiance_tx": asset.images["radiance_tx"], "billboard_buf": rows},
-        options={**asset.options, "count": 5, "mirrors": 0, "contours": False},
+        options={**asset.options, "count": 5, "mirrors": 0, "glossy": 0, "contours": False},
     )  # fmt: skip
 
 

@@ -67,8 +67,8 @@ def bake_assets(
             if asset is None:
                 began = time.perf_counter()
 
-                def traced(rays, hide=(), samples=1, start=start, text=text):
-                    return tracer(rays, hide, samples, progress=lambda p, _: tell(start + share * p, text))
+                def traced(rays, hide=(), samples=1, start=start, text=text, **parts):
+                    return tracer(rays, hide, samples, progress=lambda p, _: tell(start + share * p, text), **parts)
 
                 job = BakeJob(scene, reflector, traced, intersect, asked, _required(kind, done), shared)
                 asset = replace(

@@ -12,7 +12,7 @@ the user's. A surface counts as hit from 0.1 % opacity on. From the 32,767th obj
 
 import os
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -33,6 +33,7 @@ FEWEST_RAYS = 256  # per render, however many samples: below this the start of a
 COLUMNS = 1024  # of the ray image
 ROOM = 1 << 28  # bytes that a RAM disk must have free to be used
 LEAST_SIDE = 4  # px, of a picture that Blender renders
+GLOSSY = ("glossy_direct", "glossy_indirect", "glossy_color")  # passes that together are what glossy lobes reflect
 SEED_STEP = 7919  # between the caller's seeds: parts of one bundle count up from there and must not share their noise
 
 
@@ -56,19 +57,22 @@ def trace(
     seed: int = 0,
     scene: bpy.types.Scene | None = None,
     as_reflection: bool = True,
+    glossy: bool = False,
     progress: Progress | None = None,
 ) -> Hits:
     """Radiance, position, normal and object that each ray of the bundle sees.
 
     hide: names of objects that the rays pass through; they still cast shadows and light. samples: paths per ray.
     as_reflection: see what a mirror would see (objects, lamps and world by their glossy visibility, no holdouts);
-    otherwise what a camera would. Positions are float32 world coordinates: 1e-7 of the distance to the world's origin.
+    otherwise what a camera would. glossy: say apart what glossy lobes reflect. Positions are float32 world coordinates: 1e-7 of the distance to the world's origin.
     Raises ValueError for rays that are not finite or have no direction and for unknown names, Cancelled when progress
     returns False, ReflectError when Cycles, OSL or OpenImageIO is missing or the disk is full. The file is as before in
     every case.
     """
-    channels, names = _render(rays, frozenset(hide), samples, seed, scene, as_reflection, progress, ())
-    return _hits(rays, channels, names)
+    passes = GLOSSY if glossy else ()
+    channels, names = _render(rays, frozenset(hide), samples, seed, scene, as_reflection, progress, passes)
+    hits = _hits(rays, channels, names)
+    return replace(hits, glossy=_glossy(channels)) if glossy else hits
 
 
 def primary(
@@ -81,14 +85,12 @@ def primary(
 ) -> Primary:
     """The picture of a core.camera.Camera, its glossy part apart, so that a reflection can be put in its place."""
     rays = camera.primary_rays()
-    passes = ("glossy_direct", "glossy_indirect", "glossy_color")
-    channels, names = _render(rays, frozenset(), samples, seed, scene, False, progress, passes)
+    channels, names = _render(rays, frozenset(), samples, seed, scene, False, progress, GLOSSY)
     hits = _hits(rays, channels, names)
-    glossy = to_rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
     shape = (camera.height, camera.width)
     return Primary(
         hits.radiance.reshape(*shape, 3),
-        glossy.reshape(*shape, 3),
+        _glossy(channels).reshape(*shape, 3),
         hits.position.reshape(*shape, 3),
         hits.normal.reshape(*shape, 3),
         hits.object.reshape(shape),
@@ -174,6 +176,11 @@ def _hits(rays: Rays, channels: dict[str, np.ndarray], names: tuple[str, ...]) -
         hit,
         names,
     )
+
+
+def _glossy(channels: dict[str, np.ndarray]) -> np.ndarray:
+    """(N, 3): the product is taken in the file's own space, where Cycles divided."""
+    return to_rec709((channels["Glossy Direct"] + channels["Glossy Indirect"]) * channels["Glossy Color"])
 
 
 def _checked(rays: Rays) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from itertools import product
 import bpy
 import numpy as np
 
-from ..core.snapshot import Instance, Material, Mesh, SceneSnapshot
+from ..core.snapshot import Instance, Material, Mesh, SceneSnapshot, Sun
 from ..core.spaces import FAR
 from .fingerprint import Fingerprint
 from .geometry import read_mesh
@@ -53,6 +53,7 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         geometry_hash=reader.fingerprint.hexdigest(),
         warnings=tuple(reader.warnings),
         light_hash=reader.fingerprint.light_hexdigest(),
+        suns=tuple(reader.suns),
     )
 
 
@@ -89,6 +90,7 @@ class _Reader:
         self.materials: list[Material] = []
         self.instances: list[Instance] = []
         self.lamps: list[Instance] = []
+        self.suns: list[Sun] = []
         self.warnings: list[str] = []
         self._boxes: dict[int, np.ndarray] = {}  # mesh -> (8, 3) float64 corners of its bounding box, object space
         self._mesh_index: dict[tuple[int, bool], int | None] = {}
@@ -141,6 +143,9 @@ class _Reader:
         self.fingerprint.instance(obj, instance)
 
     def _lamp(self, obj, name: str, matrix: np.ndarray, is_dupli: bool) -> None:
+        if obj.data.type == "SUN" and obj.visible_glossy and obj.data.angle > 0 and np.isfinite(matrix).all():
+            toward = matrix[:3, 2] / max(np.linalg.norm(matrix[:3, 2]), 1e-30)
+            self.suns.append(Sun(self._unique(name, is_dupli), tuple(toward.tolist()), float(obj.data.angle)))
         mesh = lamp_mesh(obj.data) if obj.visible_glossy and np.isfinite(matrix).all() else None
         # A lamp turned to nothing by its scale shines on nothing.
         if mesh is None or not np.linalg.norm(matrix[:3, :3], axis=0).all() or np.abs(matrix).max() > FAR:

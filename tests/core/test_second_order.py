@@ -178,7 +178,7 @@ def test_no_other_mirror_no_second_loop():
     scene = snapshot(ball(), Ball=ball((2, 0, 0), material=MATTE), Floor=sheet(9, 9, (0, 0, -0.5)))
     asset = billboards.bake(job(scene, {**SETTINGS, "texels": 16, "resolution": 8}))
     text = emit_glsl(record(billboards.trace, asset), ("radiance", "position")).source
-    assert asset.options == {"count": 2, "mirrors": 0, "contours": True, "ground": False}
+    assert asset.options == {"count": 2, "mirrors": 0, "glossy": 0, "lamps": 0, "contours": True, "ground": False}
     assert "normal_tx" not in asset.images
     assert text.count("float facing") == 1 and "tertiary" not in text
     one = snapshot(ball(), Ball=ball((2, 0, 0)), Floor=sheet(9, 9, (0, 0, -0.5)))

@@ -7,7 +7,8 @@ environment map, captured without these objects, where it meets none (3.1, steps
     all reflectors (section 3, second paragraph).
   * What has volume stands through its centroid B, perpendicular to the line from B to the reflector's centroid, seen
     by a camera with a field of view of 10 degrees: one quad for each reflector.
-  * What mirrors has texels with normals, for second-order reflections (second_order.py).
+  * What mirrors has texels with normals, for second-order reflections (second_order.py); what is glossy, too, where the
+    setting view_dependent asks for shading at the hit (view_dependent.py).
 A ground that goes on into the distance is no quad but a box over the environment map (ground_box.py, 3.2).
 Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
 rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
@@ -32,6 +33,7 @@ from ..kernel import Hit
 from ..mirrors import mirror_of
 from ..remake import parts_of
 from ..snapshot import Instance, corners_of
+from ..view_dependent import arranged, images_of
 from . import environment
 from ..job import BakeJob
 
@@ -40,6 +42,7 @@ LABEL = "Billboards"
 REQUIRES = ()
 DEFAULTS = {
     "resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False,
+    "view_dependent": False,  # highlights of glossy things where the reflected ray sees them
     **ground_fit.DEFAULTS,
 }  # fmt: skip
 
@@ -50,8 +53,8 @@ def bake(job: BakeJob) -> Asset:
     quads, backdrop = with_backdrop(job, NAME)
     captured = capture(job, quads)
     # What is only lit comes first: the tertiary ray looks among these rows alone.
-    order = sorted(range(len(quads)), key=lambda i: captured[i].normals is not None)
-    quads, captured = [quads[i] for i in order], [captured[i] for i in order]
+    glossy = arranged(job, quads, captured, backdrop)
+    quads, captured = [quads[i] for i in glossy.order], glossy.captured
     images = [texels.radiance for texels in captured]
     atlas, placed = pack(images)
     half, scale = half_with_scale(atlas[..., :3])
@@ -60,21 +63,23 @@ def bake(job: BakeJob) -> Asset:
     mirrors, normal_images, options = mirror_rows(job, quads, captured)
     center = backdrop.uniforms["center"]
     rows = table_rows(quads, placed, opaque, center)
-    diffuse = len(quads) - len(mirrors)
-    for row, quad, (material, where) in zip(rows[diffuse:], quads[diffuse:], mirrors, strict=False):
+    first = len(quads) - len(mirrors)
+    for row, quad, (material, where) in zip(rows[first:], quads[first:], mirrors, strict=False):
         write_mirror(row, material, where, quad, center)
+    shading_images, shading_uniforms, shading_options = images_of(job, glossy, quads, captured, scale, center)
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
-        images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images},
-        uniforms={**backdrop.uniforms, "billboard_scale": scale},
+        images={**backdrop.images, "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **shading_images},
+        uniforms={**backdrop.uniforms, "billboard_scale": scale, **shading_uniforms},
         options={
             **backdrop.options,
-            "count": diffuse,
-            "mirrors": len(mirrors),
+            "count": sum(glossy.counts[:3]),
+            "mirrors": glossy.counts[3],
             # A volume that moves may get a contour that it had not.
             "contours": not all(q.shared and o for q, o in zip(quads, opaque, strict=True)),
             **options,
+            **shading_options,
         },
         settings=dict(job.settings),
         parts=parts_of(job.scene, job.reflector, [(q.instance, kind_of(q, t)) for q, t in zip(quads, captured, strict=True)]),

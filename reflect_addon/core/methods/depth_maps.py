@@ -32,6 +32,7 @@ from ..kernel import Hit
 from ..pull_push import continued
 from ..remake import parts_of
 from ..settings import COMMON, Setting
+from ..view_dependent import arranged, images_of
 from . import billboards
 
 NAME = "depth_maps"
@@ -77,9 +78,11 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
     volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared))
     stand_ins = [*flat, *choose(job, volumes)]
     captured = capture(job, stand_ins)
-    # What is only lit comes first, quads before maps in each part: the tertiary ray looks among these rows alone.
-    order = sorted(range(len(stand_ins)), key=lambda i: (captured[i].normals is not None, i))
-    stand_ins, captured = [stand_ins[i] for i in order], [captured[i] for i in order]
+    # What is only lit comes first, quads before maps in each group: the tertiary ray looks among these rows alone.
+    glossy = arranged(job, stand_ins, captured, backdrop)
+    order = glossy.order
+    maps_of = glossy.split({i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)})
+    stand_ins, captured = [stand_ins[i] for i in order], glossy.captured
     views = {i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)}
     opaque = [bool(t.radiance[..., 3].min() == 1.0) for t in captured]
     captured = [_continued(t) if i in views else t for i, t in enumerate(captured)]
@@ -93,22 +96,26 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
         if i not in views:
             rows[i] = table_row(stand_in, placed[i], opaque[i], center)
     mirrors, normal_images, options = mirror_rows(job, stand_ins, captured)
-    diffuse = len(stand_ins) - len(mirrors)
-    for row, (material, where) in zip(rows[diffuse:], mirrors, strict=False):
+    for row, (material, where) in zip(rows[len(stand_ins) - len(mirrors) :], mirrors, strict=False):
         write_mirror(row, material, where, None, center)
-    images = {"billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images}
+    shading_images, shading_uniforms, shading_options = images_of(job, glossy, stand_ins, captured, scale, center)
+    images = {
+        "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images, **shading_images
+    }  # fmt: skip
     kinds = [_map_kind(captured[i]) if i in views else billboards.kind_of(s, captured[i]) for i, s in enumerate(stand_ins)]
     return Asset(
         kind=NAME,
         reflector=job.reflector.name,
         images={**backdrop.images, **images},
-        uniforms={**backdrop.uniforms, "billboard_scale": scale},
+        uniforms={**backdrop.uniforms, "billboard_scale": scale, **shading_uniforms},
         options={
             **backdrop.options,
-            "count": diffuse,
-            "mirrors": len(mirrors),
-            "maps": sum(i < diffuse for i in views),
-            "mirror_maps": sum(i >= diffuse for i in views),
+            "count": sum(glossy.counts[:3]),
+            "mirrors": glossy.counts[3],
+            "maps": maps_of[0],
+            "lamp_maps": maps_of[1],
+            "glossy_maps": maps_of[2],
+            "mirror_maps": maps_of[3],
             "contours": not all(o for i, o in enumerate(opaque) if i not in views),
             "turns": int(job.settings["turns"]),
             "row_texels": -(-int(job.settings["points"]) // 2),
@@ -116,6 +123,7 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
             "half": bool(job.settings["half"]),
             "refine": bool(job.settings["refine"]),
             **options,
+            **shading_options,
         },
         settings=dict(job.settings),
         parts=parts_of(job.scene, job.reflector, [(s.instance, kind) for s, kind in zip(stand_ins, kinds, strict=True)]),
@@ -130,11 +138,11 @@ def _map_kind(texels: Texels) -> str:
 
 def _continued(texels: Texels) -> Texels:
     """Colours and normals beyond the outline."""
-    normals = texels.normals
+    normals, own = texels.normals, texels.own
     if normals is not None:
         solid = np.concatenate([normals[..., :3], texels.radiance[..., 3:]], -1)
         normals = np.concatenate([continued(solid)[..., :3], np.zeros_like(solid[..., 3:])], -1)
-    return Texels(continued(texels.radiance), normals, texels.distance)
+    return Texels(continued(texels.radiance), normals, texels.distance, None if own is None else continued(own))
 
 
 def _write_maps(job, rows: np.ndarray, stand_ins: list, captured: list[Texels], placed: list, center) -> dict[str, np.ndarray]:
@@ -178,9 +186,16 @@ def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
 def nearest(k, asset, ray, start, first: int, last: int, search=None):
     """second_order's: the nearest of the rows `first` to before `last`, quads and maps. search: depth_kernel.nearest's."""
     options = asset.options
-    ends = (options["count"], options["count"] + options["mirrors"])
-    found = billboard_kernel.NOTHING
-    for low, high, maps in ((0, ends[0], options["maps"]), (*ends, options["mirror_maps"])):
+    glossy, lamps = options["glossy"], options["lamps"]
+    groups = (
+        (options["count"] - glossy - lamps, options["maps"]),
+        (lamps, options["lamp_maps"]),
+        (glossy, options["glossy_maps"]),
+        (options["mirrors"], options["mirror_maps"]),
+    )
+    found, high = billboard_kernel.NOTHING, 0
+    for rows, maps in groups:
+        low, high = high, high + rows
         if first <= low and high <= last:
             found = billboard_kernel.nearest(k, asset, ray, start, low, high - maps, found)
             found = depth_kernel.nearest(k, asset, ray, start, found, high - maps, high, search)
