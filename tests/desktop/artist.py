@@ -74,6 +74,8 @@ def set_small():
     for name in part("core.methods").names():
         if (group := getattr(scene().reflect, name, None)) and hasattr(group, "samples"):
             group.resolution, group.samples = str(RESOLUTION), SAMPLES
+            if hasattr(group, "texels"):
+                group.texels = str(RESOLUTION)
 
 
 def bake():

@@ -22,7 +22,6 @@ def story():
     yield from arrange()
     set_small()
     settings = scene().reflect
-    settings.billboards.texels = settings.depth_maps.texels = "128"
     settings.depth_maps.maps = 3
     off = picture("01-opened")
     for name in ("billboards", "depth_maps"):
