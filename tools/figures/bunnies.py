@@ -74,7 +74,10 @@ touching, intersecting = partial(face_to_face, TOUCHING), partial(face_to_face, 
 
 def fig3(studio: Studio) -> Figure:
     sheets, table = [], [HEADINGS]
-    for file, label, scene in (("fig03-touching.png", "touching", touching), ("fig03-intersecting.png", "intersecting", intersecting)):
+    for file, label, scene in (
+        ("fig03-touching.png", "touching", touching),
+        ("fig03-intersecting.png", "intersecting", intersecting),
+    ):
         shot = studio.shot(scene)
         shown = [
             ("environment", shot.answer(shot.assets("environment", **BAKE))),
@@ -118,7 +121,9 @@ def fig13(studio: Studio) -> Figure:
 
 def fig14(studio: Studio) -> Figure:
     shot = studio.shot(before_a_ball)
-    bakes = [(f"{step}°", {"turns": 180 // step}) for step in INCREMENTS] + [("10°, two rows", {"turns": 18, "rows": 2})]
+    bakes = [(f"{step}°", {"turns": 180 // step}) for step in INCREMENTS] + [
+        ("10°, two rows", {"turns": 18, "rows": 2})
+    ]
     shown = [(label, shot.answer(shot.assets("depth_maps", **PAPER, points=16, **turns))) for label, turns in bakes]
     true = meets_the_object(shot)
     outlines = [_shown(shot, answer) for _, answer in shown]
@@ -173,10 +178,15 @@ def _simplification(shot: Shot) -> tuple[list[Panel], dict[int, float]]:
     # Of a domain turned by 36 degrees the row that has most samples in two spans, as the paper's has.
     turn = n // 5
     block = turned[turn * w : (turn + 1) * w]
-    spans, solid = np.count_nonzero(np.diff(np.isnan(block), axis=1), axis=1) // 2, np.count_nonzero(~np.isnan(block), axis=1)
+    spans, solid = (
+        np.count_nonzero(np.diff(np.isnan(block), axis=1), axis=1) // 2,
+        np.count_nonzero(~np.isnan(block), axis=1),
+    )
     at = int(np.argmax(np.where(spans == 2, solid, 0)))
     row = block[at]
-    greedy, optimal = (f(srdm.with_spans(block[at : at + 1], 8), 8)[0] for f in (srdm_greedy.simplify, srdm_optimal.simplify))
+    greedy, optimal = (
+        f(srdm.with_spans(block[at : at + 1], 8), 8)[0] for f in (srdm_greedy.simplify, srdm_optimal.simplify)
+    )
 
     def image(values, line=None):
         def paint(axes):
@@ -198,7 +208,9 @@ def _simplification(shot: Shot) -> tuple[list[Panel], dict[int, float]]:
 
     def over_m(axes):
         axes.semilogy(list(errors), [100 * e for e in errors.values()], marker="o", color="#1f6feb", label="greedy")
-        axes.semilogy(list(ERROR), [100 * e for e in ERROR.values()], marker="s", color="#999", label="the paper (over z)")
+        axes.semilogy(
+            list(ERROR), [100 * e for e in ERROR.values()], marker="s", color="#999", label="the paper (over z)"
+        )
         axes.legend(fontsize=6, frameon=False)
         axes.tick_params(labelsize=7)
 

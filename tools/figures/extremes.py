@@ -22,11 +22,20 @@ def _dish(scene_name: str):
     """A mirror whose middle is hollow (it magnifies) between rings that bulge (they minify), facing the camera's side."""
     scene = parts.start(scene_name)
     parts.set_world_image(scene, build_teapots.small_world(build_teapots.WORLD), turn=math.radians(200))
-    parts.box("Ground", (4.0, 4.0, 0.04), (0, 0, -0.02), parts.checker("Ground", (0.75, 0.72, 0.66), (0.12, 0.2, 0.3), 0.25))
+    parts.box(
+        "Ground", (4.0, 4.0, 0.04), (0, 0, -0.02), parts.checker("Ground", (0.75, 0.72, 0.66), (0.12, 0.2, 0.3), 0.25)
+    )
     radii = np.linspace(0, DISH, 80)
     profile = [(r, RIPPLE * (1 - math.cos(2 * math.pi * r / WAVE))) for r in radii]
     profile[0] = (0, 0.0)
-    parts.lathe("Dish", profile, parts.mirror("Dish", (0.95, 0.95, 0.95)), 160, location=(0, 0.5, 0.66), rotation=(math.radians(90), 0, 0))
+    parts.lathe(
+        "Dish",
+        profile,
+        parts.mirror("Dish", (0.95, 0.95, 0.95)),
+        160,
+        location=(0, 0.5, 0.66),
+        rotation=(math.radians(90), 0, 0),
+    )
     parts.camera((-0.5, -1.15, 0.85), (0.0, 0.5, 0.64), lens=38)
     return scene
 
@@ -36,7 +45,9 @@ def with_picture():
     pixels = np.kron(build_columns.blocks(np.random.default_rng(1963), 64, 64), np.ones((4, 4, 1), np.float32))
     y, x = np.mgrid[: len(pixels), : len(pixels)]
     pixels[(x // 4 + y // 4) % 2 == 0] *= 0.55  # finer than a pixel where the mirror minifies
-    parts.panel("Picture", 0.6, 0.6, parts.picture("Picture", pixels), location=(0.25, -0.35, 0.55), rotation=(0, 0, math.pi))
+    parts.panel(
+        "Picture", 0.6, 0.6, parts.picture("Picture", pixels), location=(0.25, -0.35, 0.55), rotation=(0, 0, math.pi)
+    )
     return scene
 
 
@@ -50,7 +61,9 @@ def with_bunny():
     thing.data.polygons.foreach_set("use_smooth", [True] * len(thing.data.polygons))
     corners = np.array([thing.matrix_world @ v.co for v in thing.data.vertices])
     turned = Matrix.Scale(0.3, 4) @ Matrix.Rotation(math.pi, 4, "Z")
-    thing.matrix_world = Matrix.Translation((0.25, -0.35, 0.25 - 0.3 * corners[:, 2].min())) @ turned @ thing.matrix_world
+    thing.matrix_world = (
+        Matrix.Translation((0.25, -0.35, 0.25 - 0.3 * corners[:, 2].min())) @ turned @ thing.matrix_world
+    )
     parts.box("Stand", (0.5, 0.5, 0.25), (0.25, -0.35, 0.125), parts.material("Stand", (0.3, 0.32, 0.35)))
     return scene
 
@@ -80,7 +93,14 @@ def _row(studio: Studio, shot: Shot, method: str, thing: str) -> tuple[list[list
         flip = eye.flip(picture, truth, whole)[0]
         row.append(Panel(f"{method}, {label}", up(picture), f"FLIP {short(flip)}"))
         row.append(Panel("its difference", up(shot.difference(picture, truth, whole)), ""))
-        table.append([f"{thing}: {method}, {label}", short(flip), short(_roughness(picture, whole)), short(_roughness(truth, whole))])
+        table.append(
+            [
+                f"{thing}: {method}, {label}",
+                short(flip),
+                short(_roughness(picture, whole)),
+                short(_roughness(truth, whole)),
+            ]
+        )
     return [row], table
 
 

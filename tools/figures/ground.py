@@ -15,9 +15,10 @@ from .sheet import Panel
 from .studio import Figure, Studio, up
 
 HALF = 100.0  # m, of the ground: beyond it the world's own
-WIDTH = 0.6  # m, of the small box
-BAKE = {"resolution": 512, "samples": 4}
+WIDTH = 1.2  # m, of the small box
+BAKE = {"resolution": 256, "samples": 16}
 RED, GREEN = (0.9, 0.1, 0.1), (0.1, 0.8, 0.2)
+APART = 0.1  # of the display range: a difference that the close-up is about
 MARK = 0.55  # of the highlight's colour over the picture
 
 
@@ -52,15 +53,21 @@ def fig6_7(studio: Studio) -> Figure:
     outside = shown[1][1].status == STATUS_FELL_BACK
     share = shot.answer({name: small}, wall_share).radiance[:, 0]
     morphed = (share > 0) & (share < 1)
-    edge = np.zeros(shot.mask.shape, bool)
-    edge[shot.mask] = outside
-    edge[1:] &= shot.mask[:-1] & ~edge[:-1]  # where the environment map begins
-    close = studio.close_up(shot, edge, rows, shown)
+    apart = np.abs(shot.picture(shown[1][1]) - shot.picture(shown[3][1])).max(-1) > APART  # what the quad's end does
+    close = studio.close_up(shot, apart, rows, shown)
     marks = [
         None,
         None,
-        Panel("red: environment map", up(marked(shot, shown[1][1], outside, RED)), f"{100 * outside.mean():.0f} % of the rays"),
-        Panel("green: transition", up(marked(shot, shown[2][1], morphed, GREEN)), f"{100 * morphed.mean():.0f} % of the rays"),
+        Panel(
+            "red: environment map",
+            up(marked(shot, shown[1][1], outside, RED)),
+            f"{100 * outside.mean():.0f} % of the rays",
+        ),
+        Panel(
+            "green: transition",
+            up(marked(shot, shown[2][1], morphed, GREEN)),
+            f"{100 * morphed.mean():.0f} % of the rays",
+        ),
         None,
     ]
     words = f"Ground: a quad and a box {WIDTH:g} m wide; last column: the box that the bake chooses by itself."

@@ -23,7 +23,8 @@ def build():
     ground = parts.checker("Chequered ground", (0.75, 0.72, 0.66), (0.12, 0.2, 0.3), 0.25)
     corners = [(-HALF, -HALF, 0), (HALF, -HALF, 0), (HALF, HALF, 0), (-HALF, HALF, 0)]
     parts.mesh("Ground", corners, [(0, 1, 2, 3)], ground, smooth=False)
-    metals = [parts.mirror("Silver", (0.93, 0.93, 0.92)), parts.mirror("Gold", (1.0, 0.78, 0.42)), parts.mirror("Copper", (0.96, 0.64, 0.54))]
+    colours = {"Silver": (0.93, 0.93, 0.92), "Gold": (1.0, 0.78, 0.42), "Copper": (0.96, 0.64, 0.54)}
+    metals = [parts.mirror(name, colour) for name, colour in colours.items()]
     for i in range(9):
         x, y = (i % 3 - 1) * STEP, (i // 3 - 1) * STEP
         parts.sphere(f"Sphere {i + 1}", RADIUS, metals[(i + i // 3) % 3], 64, location=(x, y, RADIUS))

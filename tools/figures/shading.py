@@ -17,11 +17,14 @@ def build():
     """A black glazed teapot between matt things near and far."""
     scene = parts.start("glaze")
     parts.set_world_image(scene, build_teapots.small_world(build_teapots.WORLD), turn=math.radians(200))
-    parts.box("Ground", (3.0, 3.0, 0.04), (0, 0, -0.02), parts.checker("Ground", (0.75, 0.72, 0.66), (0.12, 0.2, 0.3), 0.25))
+    parts.box(
+        "Ground", (3.0, 3.0, 0.04), (0, 0, -0.02), parts.checker("Ground", (0.75, 0.72, 0.66), (0.12, 0.2, 0.3), 0.25)
+    )
     vertices, faces = build_teapots.tessellate(8)
     glaze = parts.material("Glaze", (0.01, 0.01, 0.015), roughness=0.0, specular=0.5, IOR=2.2)
     parts.mesh("Teapot", vertices * build_teapots.SCALE, faces, glaze, rotation=(0, 0, math.radians(200)))
-    for i, (x, y, colour) in enumerate(((-0.3, -0.34, (0.8, 0.15, 0.08)), (0.38, -0.2, (0.9, 0.65, 0.1)), (0.75, -0.75, (0.15, 0.5, 0.2)))):
+    balls = (-0.3, -0.34, (0.8, 0.15, 0.08)), (0.38, -0.2, (0.9, 0.65, 0.1)), (0.75, -0.75, (0.15, 0.5, 0.2))
+    for i, (x, y, colour) in enumerate(balls):
         parts.sphere(f"Ball {i + 1}", 0.08, parts.material(f"Ball {i + 1}", colour), 48, location=(x, y, 0.08))
     parts.camera((0.1, -1.05, 0.5), (0.02, -0.03, 0.12), lens=45)
     return scene

@@ -30,7 +30,13 @@ class Panel:
     detail: str = ""
 
 
-def draw(rows: list[list[Panel | None]], tile: tuple[int, int], words: str = "", legend: bool = True, colours: int | None = None) -> bytes:
+def draw(
+    rows: list[list[Panel | None]],
+    tile: tuple[int, int],
+    words: str = "",
+    legend: bool = True,
+    colours: int | None = None,
+) -> bytes:
     """PNG of the rows of panels, each `tile` (width, height) pixels; None is an empty place. words: below them, beside the
     colours of difference maps, which legend=False leaves out. colours: of a palette that makes the file small."""
     columns, tile_w, tile_h = max(len(row) for row in rows), tile[0] / DPI, tile[1] / DPI
@@ -52,15 +58,21 @@ def draw(rows: list[list[Panel | None]], tile: tuple[int, int], words: str = "",
                 axes = figure.add_axes((left / width, bottom / height, tile_w / width, tile_h / height))
                 axes.imshow(panel.picture, interpolation="nearest", aspect="auto")
                 axes.set_axis_off()
-            figure.text(left / width, (bottom + tile_h + 0.23) / height, panel.title, fontsize=9, weight="bold", va="bottom")
-            figure.text(left / width, (bottom + tile_h + 0.06) / height, panel.detail, fontsize=8, color="#555", va="bottom")
+            figure.text(
+                left / width, (bottom + tile_h + 0.23) / height, panel.title, fontsize=9, weight="bold", va="bottom"
+            )
+            figure.text(
+                left / width, (bottom + tile_h + 0.06) / height, panel.detail, fontsize=8, color="#555", va="bottom"
+            )
     left = 2 * GAP
     if legend:
         axes = figure.add_axes((left / width, (foot / 2 - 0.06) / height, 1.5 / width, 0.12 / height))
         axes.imshow(false_colour(np.linspace(0, 1, 256))[None], aspect="auto")
         axes.set_axis_off()
         left += 1.6
-    figure.text(left / width, foot / 2 / height, "\n".join(lines), fontsize=8, color="#555", va="center", linespacing=1.3)
+    figure.text(
+        left / width, foot / 2 / height, "\n".join(lines), fontsize=8, color="#555", va="center", linespacing=1.3
+    )
     plain = io.BytesIO()
     figure.savefig(plain, dpi=DPI, format="png", metadata={"Software": None})
     plt.close(figure)

@@ -89,7 +89,9 @@ class Shot:
     def fine_frame(self) -> tuple[np.ndarray, np.ndarray]:
         """((H, W, 3) display-encoded: the mean of FINE x FINE rays a pixel, (H, W) bool: all of them meet a reflector)."""
         w, h = self.camera.width, self.camera.height
-        seen = primary(camera_of(self.scene, None, w * FINE, h * FINE), max(self.samples // 8, 1), seed=1, scene=self.scene)
+        seen = primary(
+            camera_of(self.scene, None, w * FINE, h * FINE), max(self.samples // 8, 1), seed=1, scene=self.scene
+        )
         wanted = {i.object_name for i in self.snapshot.reflectors()}
         mirrors = np.isin(seen.object, [i for i, name in enumerate(seen.object_names) if name in wanted])
         blocks = seen.combined.reshape(h, FINE, w, FINE, 3).mean((1, 3))
@@ -153,14 +155,19 @@ class Shot:
         if half_distance is not None:
             distance = np.linalg.norm(seen.position.astype(np.float64) - self.rays.origin, axis=-1)
             program = record_function(shading.attenuation, shading.ATTENUATION_INPUTS)
-            inputs = {"distance": distance.astype(np.float32), "half_distance": np.full(len(distance), half_distance, np.float32)}
+            inputs = {
+                "distance": distance.astype(np.float32),
+                "half_distance": np.full(len(distance), half_distance, np.float32),
+            }
             share = share * evaluate(program, inputs)["attenuation"][:, None]
         out = self.frame.combined.copy()
         below = np.maximum(self.frame.combined - self.frame.glossy, 0)[self.mask] if fresnel else 0.0
         out[self.mask] = below + share * np.nan_to_num(seen.radiance, nan=0.0, posinf=0.0, neginf=0.0)
         return out
 
-    def difference(self, picture: np.ndarray, truth: np.ndarray | None = None, mask: np.ndarray | None = None) -> np.ndarray:
+    def difference(
+        self, picture: np.ndarray, truth: np.ndarray | None = None, mask: np.ndarray | None = None
+    ) -> np.ndarray:
         """(H, W, 3) false colours (evaluation/maps.py). truth: the picture to compare with, that of the truth's rays else."""
         truth = self.picture(self.truth) if truth is None else truth
         return difference_map(picture, truth, self.mask if mask is None else mask)
@@ -174,4 +181,3 @@ class Shot:
             metrics.relmse(answer.radiance, self.truth.radiance),
             found.hit_p50, found.hit_p95, found.false_hit + found.missed_hit,
         )  # fmt: skip
-

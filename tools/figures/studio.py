@@ -61,11 +61,17 @@ class Studio:
             picture = shot.picture(answer)
             scores = shot.scores(answer, picture)
             top.append(Panel(label, up(picture), scores.words()))
-            below.append(Panel("its difference", up(shot.difference(picture)), f"radiance: half within {_percent(scores.median)}"))
+            below.append(
+                Panel(
+                    "its difference", up(shot.difference(picture)), f"radiance: half within {_percent(scores.median)}"
+                )
+            )
             rows.append(numbers(label, scores))
         return [top, below], rows
 
-    def close_up(self, shot: Shot, marked: np.ndarray, rows: list[list[Panel]], shown: list[tuple[str, object]]) -> list[Panel]:
+    def close_up(
+        self, shot: Shot, marked: np.ndarray, rows: list[list[Panel]], shown: list[tuple[str, object]]
+    ) -> list[Panel]:
         """A row of what `compared` shows, CLOSE times as large, where most pixels of (H, W) bool are marked; the place is
         drawn into the truth of `rows`."""
         window = busiest(marked, tuple(side // CLOSE for side in self.size))
@@ -76,7 +82,9 @@ class Studio:
 
     def sheet(self, rows: list[list[Panel]], words: str = "", legend: bool = True) -> bytes:
         note = "FLIP: 0 = looks equal. hit p95: hit-point error over the scene's diagonal, 95 % of rays are below."
-        return draw(rows, self.size, "\n".join(w for w in (words, f"{DIFFERENCE} {note}" if legend else "") if w), legend)
+        return draw(
+            rows, self.size, "\n".join(w for w in (words, f"{DIFFERENCE} {note}" if legend else "") if w), legend
+        )
 
 
 CLOSE = 4  # times, of close-ups
