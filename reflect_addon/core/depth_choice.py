@@ -10,6 +10,7 @@ import numpy as np
 from .depth_camera import DepthCamera, fit
 from .depth_fit import DepthView
 from .job import BakeJob
+from .mirrors import mirror_of
 from .rays import Rays
 from .reflected_samples import reflected
 from .snapshot import Instance
@@ -39,12 +40,18 @@ def views_for(job: BakeJob, volumes: tuple[str, ...]) -> list[DepthView]:
     for name in volumes:
         instance = by_name.get(name) or lamps[name]
         met = _met(job, instance, hits)
-        views += [DepthView(name, c) for c in chosen(job, instance, hits.position[met], hits.normal[met])]
+        detail = _detail(job, instance)
+        views += [DepthView(name, c, detail=detail) for c in chosen(job, instance, hits.position[met], hits.normal[met])]
     met = _met(job, job.reflector, hits)
     if job.settings["self_reflections"] and len(rays) and np.mean(met) > SELF:
         points = hits.position[met], hits.normal[met]
-        views += [DepthView(job.reflector.name, c, own=True) for c in chosen(job, job.reflector, *points)]
+        detail = _detail(job, job.reflector)
+        views += [DepthView(job.reflector.name, c, own=True, detail=detail) for c in chosen(job, job.reflector, *points)]
     return views
+
+
+def _detail(job: BakeJob, instance: Instance) -> int:
+    return int(job.settings["mirror_detail"]) if mirror_of(job.scene, instance) else 1
 
 
 def chosen(job: BakeJob, instance: Instance, points: np.ndarray, normals: np.ndarray) -> list[DepthCamera]:

@@ -12,11 +12,12 @@ map's colours are continued, so that a hit at the very edge shows the object and
 Limits. What no map sees is not there. A mesh that encloses the reflector lends its flat parts only.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from .. import billboard_kernel, depth_kernel, second_order, srdm, srdm_greedy, srdm_optimal
+from .. import billboard_kernel, depth_kernel, depth_start, second_order, srdm, srdm_greedy, srdm_optimal
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, pack, table_row, write_mirror
 from ..billboard_capture import Texels, capture
@@ -40,6 +41,8 @@ DEFAULTS = {
     "texels": 256,
     "maps": 4,  # most maps of one object
     "self_reflections": True,  # maps of the reflector itself, where its rays meet it
+    "mirror_detail": 2,  # maps of mirrors have so many times the texels a side: a curved mirror magnifies their errors
+    "order": 3,  # of reflections, where a mirror's rays may meet mirrors
     "turns": 60,  # n of the paper: 3 degrees
     "points": 16,  # m of the paper
     "rows": 1,  # 2: the two best rows say where the projection's own row is looked up
@@ -68,7 +71,10 @@ def bake(job: BakeJob) -> Asset:
     atlas[..., :3] = half
     center = np.asarray(backdrop.uniforms["center"])
     rows = np.zeros((max(len(stand_ins), 1), len(ROW), 4), np.float32)
-    depth_images = _write_maps(job, rows, stand_ins, captured, placed, center) if views else {}
+    shiny = [s for s, t in zip(stand_ins, captured, strict=True) if t.normals is not None]
+    # Where a mirror's rays may meet mirrors: where there are two of them, or one that sees itself.
+    again = int(job.settings["order"]) > 2 and (len({s.instance for s in shiny}) > 1 or any(_is_own(s) for s in shiny))
+    depth_images = _write_maps(job, rows, stand_ins, captured, placed, center, again) if views else {}
     for i, stand_in in enumerate(stand_ins):
         if i not in views:
             rows[i] = table_row(stand_in, placed[i], opaque[i], center)
@@ -96,11 +102,18 @@ def bake(job: BakeJob) -> Asset:
             "half": bool(job.settings["half"]),
             "refine": bool(job.settings["refine"]),
             **options,
+            **({"order": int(job.settings["order"]) if again else 2} if mirrors else {}),
+            "starts": again or any(_is_own(s) for s in shiny),
         },
         settings=dict(job.settings),
         parts=parts_of(job.scene, job.reflector, [(s.instance, kind) for s, kind in zip(stand_ins, kinds, strict=True)]),
         light_hash=job.scene.light_hash,
     )
+
+
+def _is_own(stand_in) -> bool:
+    """Whether the reflector's rays start on what this shows."""
+    return isinstance(stand_in, DepthView) and stand_in.own
 
 
 def _map_kind(texels: Texels) -> str:
@@ -117,31 +130,43 @@ def _continued(texels: Texels) -> Texels:
     return Texels(continued(texels.radiance), normals, texels.distance)
 
 
-def _write_maps(job, rows: np.ndarray, stand_ins: list, captured: list[Texels], placed: list, center) -> dict[str, np.ndarray]:
-    """Fills the rows of the depth maps; returns the images that they look their depths up in."""
+def _write_maps(job, rows, stand_ins: list, captured: list[Texels], placed: list, center, again) -> dict[str, np.ndarray]:
+    """Fills the rows of the depth maps; returns the images that they look their depths up in. again: rays start on mirrors."""
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
     tables, depths, spheres = [], [], []
     maps = [i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)]
     for i in maps:
         depth = stand_ins[i].depth(captured[i].distance)
         tables.append(_table(job, depth))
-        depths.append(corners_of(depth))
+        depths.append(corners_of(depth, np.float16 if captured[i].normals is None else np.float32))
         vertices = job.scene.world_positions(by_name[stand_ins[i].instance])
         middle = (vertices.min(0) + vertices.max(0)) / 2
         spheres.append((middle, 1.001 * float(np.linalg.norm(vertices - middle, axis=-1).max())))
     image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
-    depth_image, depth_at = stacked(depths, (NOTHING,) * 4)
+    depth_images, depth_at = {}, [(0, 0)] * len(maps)
+    for name, kind in (("depth_tx", np.float16), ("mirror_depth_buf", np.float32)):
+        some = [n for n, d in enumerate(depths) if d.dtype == kind]
+        if some:
+            depth_images[name], places = stacked([depths[n] for n in some], (NOTHING,) * 4)
+            for n, where in zip(some, places, strict=True):
+                depth_at[n] = where
     corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]
+    started_on = [stand_ins[i].own or (again and captured[i].normals is not None) for i in maps]
     filled = np.zeros((len(maps), *rows.shape[1:]), np.float32)
-    fill_rows(filled, [stand_ins[i] for i in maps], [placed[i] for i in maps], corners, spheres, center)
+    fill_rows(filled, [stand_ins[i] for i in maps], started_on, [placed[i] for i in maps], corners, spheres, center)
     rows[maps] = filled
     tables = {"srdm_tx": image.astype(np.float16)} if job.settings["half"] else {"srdm_buf": image}
-    return {**tables, "depth_tx": depth_image}
+    return {**tables, **depth_images}
 
 
 def _check(settings: dict) -> None:
     n, m = int(settings["turns"]), int(settings["points"])
-    srdm.check(int(settings["texels"]), n, m)
+    detail = int(settings["mirror_detail"])
+    if detail < 1 or detail & (detail - 1):
+        raise ReflectError(f"Maps of mirrors cannot have {detail} times the texels.", "Give mirror_detail 1, 2, 4 or 8.")
+    if int(settings["order"]) < 2:
+        raise ReflectError(f"Reflections of order {settings['order']} do not go on from mirrors.", "Give an order of 2 or more.")
+    srdm.check(int(settings["texels"]) * detail, n, m)
     if int(settings["rows"]) > 2:
         raise ReflectError(f"A ray cannot look up {settings['rows']} rows of a depth map.", "Give 1 or 2 rows.")
     if n * -(-m // 2) > TALLEST:
@@ -157,15 +182,19 @@ def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
     return srdm.packed(simplify(srdm.with_spans(srdm.rotated_rows(depth, n), m), m).reshape(n, len(depth), m, 2))
 
 
-def nearest(k, asset, ray, start, first: int, last: int, search=None):
+def nearest(k, asset, ray, start, first: int, last: int, search=None, before=billboard_kernel.NOTHING):
     """second_order's: the nearest of the rows `first` to before `last`, quads and maps. search: depth_kernel.nearest's."""
     options = asset.options
     ends = (options["count"], options["count"] + options["mirrors"])
-    found = billboard_kernel.NOTHING
+    found = before
     for low, high, maps in ((0, ends[0], options["maps"]), (*ends, options["mirror_maps"])):
         if first <= low and high <= last:
             found = billboard_kernel.nearest(k, asset, ray, start, low, high - maps, found)
-            found = depth_kernel.nearest(k, asset, ray, start, found, high - maps, high, search)
+            of, how = asset, search
+            if low and maps:
+                of = replace(asset, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
+                how = search or (depth_start.search if options["starts"] else None)
+            found = depth_kernel.nearest(k, of, ray, start, found, high - maps, high, how)
     return found
 
 
