@@ -109,3 +109,10 @@ GROUND_HIT = 0.01
 CONTACT_HIT_P50 = 0.003
 CONTACT_HIT_P95 = 0.01
 CONTACT_LOST = 0.02
+# Two mirror balls grown together, maps of 128 texels: share of hits one to eight texels away that are found within a quarter
+# of a texel (0.96 measured; 0.87 by the rows alone).
+NEAR_FOUND = 0.93
+# Share of rays that leave the mirror for the sky but are said to meet it at their start (0.003 measured; 0.014 by the rows).
+FALSE_STARTS = 0.006
+# Radiance in a smooth sky after two or three mirrors: median error (0.0003 and 0.0008 measured).
+THIRD_ORDER_MEDIAN = 0.003

@@ -187,13 +187,16 @@ def nearest(k, asset, ray, start, first: int, last: int, search=None, before=bil
     options = asset.options
     ends = (options["count"], options["count"] + options["mirrors"])
     found = before
-    for low, high, maps in ((0, ends[0], options["maps"]), (*ends, options["mirror_maps"])):
+    parts = [(0, ends[0], options["maps"], asset, search)]
+    if options["mirrors"]:
+        of_mirrors, how = asset, search
+        if options["mirror_maps"]:
+            of_mirrors = replace(asset, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
+            how = search or (depth_start.search if options["starts"] else None)
+        parts.append((*ends, options["mirror_maps"], of_mirrors, how))
+    for low, high, maps, of, how in parts:
         if first <= low and high <= last:
             found = billboard_kernel.nearest(k, asset, ray, start, low, high - maps, found)
-            of, how = asset, search
-            if low and maps:
-                of = replace(asset, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
-                how = search or (depth_start.search if options["starts"] else None)
             found = depth_kernel.nearest(k, of, ray, start, found, high - maps, high, how)
     return found
 
