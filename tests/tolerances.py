@@ -109,6 +109,7 @@ GROUND_HIT = 0.01
 CONTACT_HIT_P50 = 0.003
 CONTACT_HIT_P95 = 0.01
 CONTACT_LOST = 0.02
+CONTACT_RMSE = 0.2
 # Two mirror balls grown together, maps of 128 texels: share of hits one to eight texels away that are found within a quarter
 # of a texel (0.96 measured; 0.87 by the rows alone).
 NEAR_FOUND = 0.93

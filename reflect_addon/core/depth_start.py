@@ -5,10 +5,10 @@ Problem. A reflector's ray starts on the very surface that its maps show, and wh
 the other side of a crease. A simplified row is that of the projection's middle, turned by up to half a turn's step: at its
 ends it lies texels beside the projection, and a poly-line is as many texels off the surface. So rays met their own start, or,
 told to ignore what is nearer than three texels, missed what was near (a third of `contact`'s rays that meet their own mirror).
-Idea. Near its start a ray has few texels to cross. It is marched there on the bilinear map, half a texel a step, and only
-then looked up in a row, which now begins where the march ended.
-The march begins BEGIN steps from the ray's start, where a surface that bends away cannot be met again. It ends where the ray
-passes from above the map to below it, and one false position places that hit.
+Idea. Near its start a ray has few texels to cross. It is marched there on the bilinear map, texel by texel, and only then
+looked up in a row, which now begins where the march ended.
+The march begins BEGIN texels from the ray's start, where a surface that bends away is not met again. It ends where the ray
+passes from above the map to below it, and false positions between its last two looks place that hit.
 
 Depths of maps that are marched are float32 (`mirror_depth_buf`): a half float's rounding is 1 mm on an object of 2 m, which a
 curved mirror of 5 cm turns to a degree of the ray that goes on, and lamps are seen a few degrees wide.
@@ -18,21 +18,20 @@ from .billboard_kernel import fetch
 from .depth_kernel import along_row
 from .depth_refine import map_at
 
-# Texels a step. With whole ones the bands over gaps are taken for surfaces, five times as often.
-STEP = 0.5
-# Steps: 16 texels. With half as many the row's own error shows again, twice as many find no more.
-STEPS = 32
-# Steps from the ray's start to the first look, and from look to look.
-BEGIN = 1.5
-# Texels of depth a texel, over `steep`, up to which two looks are one surface.
-SAME = 0.75
+# Steps, of a texel each. With fewer the row's own error shows again, twice as many find no more; steps of half a texel cost
+# twice as much and find as much.
+STEPS = 16
+# Texels from the ray's start to the first look.
+BEGIN = 0.75
+# Texels of depth a texel, over `steep`, up to which two looks are one surface. With twice as many, bands over gaps are met.
+SAME = 0.4
 
 
 def search(k, asset, i, place, steep, first, last):
     """depth_kernel's: (bool, s), by the march and then along_row. asset: with the maps' depths as its `depth_tx`."""
     corner, step = fetch(k, asset, "table", i).zw, last - first
     # Of s: 0 is the ray's start, 1 its end.
-    one = k.name("one_step", STEP / k.max(k.max(k.abs(step.x), k.abs(step.y)), 1e-3))
+    one = k.name("one_step", 1.0 / k.max(k.max(k.abs(step.x), k.abs(step.y)), 1e-3))
 
     def look(s):
         """(height of the ray above the map, the map's q)."""
@@ -46,7 +45,7 @@ def search(k, asset, i, place, steep, first, last):
         s_now = k.min((i + BEGIN) * one, 1.0)
         now, other = look(s_now)
         # `above` is the last look's: the ray must come from the front.
-        surface = (q >= 0.0) & (other >= 0.0) & (k.abs(other - q) <= SAME * STEP * steep)
+        surface = (q >= 0.0) & (other >= 0.0) & (k.abs(other - q) <= SAME * steep)
         met = surface & (above > 0.0) & (now <= 0.0)
         return (met, s_now, now, other, k.select(met, above, now)), met | (s_now >= 1.0)
 
