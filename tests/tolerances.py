@@ -109,9 +109,12 @@ GROUND_HIT = 0.01
 CONTACT_HIT_P50 = 0.003
 CONTACT_HIT_P95 = 0.01
 CONTACT_LOST = 0.02
-CONTACT_RMSE = 0.2
+CONTACT_RMSE = 0.2  # of `environment`'s: the issue's fifth
+# Of the sample itself the fifth is not held from every view: 0.17 at 160 x 120, 0.33 at the test's size, 0.29 to 0.40 from three
+# others. Each ray that meets a lamp by way of two parts of the mirror, or wrongly does not, adds 0.16 to 0.26 alone.
+CONTACT_SELF_RMSE = 0.4
 # Two mirror balls grown together, maps of 128 texels: share of hits one to eight texels away that are found within a quarter
-# of a texel (0.96 measured; 0.87 by the rows alone).
+# of a texel (0.943 measured; 0.870 by the rows alone).
 NEAR_FOUND = 0.93
 # Share of rays that leave the mirror for the sky but are said to meet it at their start (0.003 measured; 0.014 by the rows).
 FALSE_STARTS = 0.006

@@ -17,7 +17,8 @@ SAMPLE = Path(__file__).resolve().parents[2] / "sample_blends" / "contact.blend"
 def test_contact(maps, device, tmp_path, record_property):
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
     settings = {"resolution": 64, "samples": 4, "maps": maps, "points": 16}
-    found = measure(("environment", "depth_maps"), tmp_path, (120, 90), 16, settings)
+    methods = ("environment", "depth_maps", *(["layered_distance"] if maps > 1 else []))
+    found = measure(methods, tmp_path, (120, 90), 16, settings)
     errors = found.hit_errors("depth_maps")
     record_property("errors", errors)
     record_property("rmse_over_environment", found.rmse("depth_maps") / found.rmse("environment"))
@@ -25,6 +26,8 @@ def test_contact(maps, device, tmp_path, record_property):
     if maps > 1:
         assert errors.hit_p95 <= tolerances.CONTACT_HIT_P95
         assert errors.missed_hit + errors.false_hit <= tolerances.CONTACT_LOST
+        assert found.rmse("depth_maps") < found.rmse("layered_distance")
+        assert found.rmse("depth_maps") < tolerances.CONTACT_SELF_RMSE * found.rmse("environment")
     assert found.rmse("depth_maps") < found.rmse("environment")
 
 
