@@ -40,6 +40,11 @@ class Texels:
     # (h, w, 4) float32 of what is glossy: like radiance, without what its lobe reflects (view_dependent.py); None: of all else
     own: np.ndarray | None = None
 
+    @property
+    def mirrors(self) -> bool:
+        """Whether a ray goes on from here as from a mirror; normals alone may also be there to be shaded."""
+        return self.normals is not None and self.own is None
+
     def coarser(self, size: tuple[int, int]) -> "Texels":
         """Means over blocks, at most `size` (height, width)."""
         if self.radiance.shape[:2] == tuple(size):

@@ -30,9 +30,11 @@ from .remake import REFLECTOR, is_rigid, motion, part_of, remake_set, same_trian
 from .snapshot import Instance, SceneSnapshot, corners_of
 from .surface_asset import SurfaceMesh
 
-KINDS = ("flat", "volume", "mirror", "flat_mirror", "map", "mirror_map")
+# Kinds of remake.RULES whose light at the hit a bake alone makes: they move along and are named in `stale`.
+BAKED = {"glossy", "flat_glossy", "glossy_map"}
+KINDS = ("flat", "volume", "mirror", "flat_mirror", "map", "mirror_map", *sorted(BAKED))
 FLAT = {"flat", "flat_mirror"}
-MAPS = {"map", "mirror_map"}
+MAPS = {"map", "mirror_map", "glossy_map"}
 MIRRORS = {"mirror", "flat_mirror", "mirror_map"}
 
 
@@ -57,7 +59,8 @@ class MapPlace:
 
     camera: DepthCamera
     rows: tuple[int, int]  # lowest left texel in srdm_tx or srdm_buf
-    depths: tuple[int, int]  # in depth_tx
+    depths: tuple[int, int]  # in depth_tx, or in mirror_depth_buf
+    mirrors: bool  # it is a mirror's, whose depths are floats
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
         mine, instance = list(group), named[name]
         surface = _surface_on(surfaces.get(name), scene, instance, mine[0])
         share = surface.share(scene, instance) if surface is not None else None
-        if share is None or own.instance not in named:
+        if share is None or own.instance not in named or any(part.kind in BAKED for part in mine):
             stale.add(name)
             continue
         stale.discard(name)
@@ -137,9 +140,9 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
                 continue
             shots.append(shot)
     table = rows.copy()
-    mirrors = [p for p in remade if p.kind in MIRRORS and p.instance in stale and np.linalg.det(p.matrix())]
-    mirrors = [p for p in mirrors if is_rigid(motion(p, named[p.instance]))]
-    for part in (*changes.moved, *mirrors):
+    carried = [p for p in remade if p.kind in MIRRORS | BAKED and p.instance in stale and np.linalg.det(p.matrix())]
+    carried = [p for p in carried if is_rigid(motion(p, named[p.instance]))]
+    for part in (*changes.moved, *carried):
         move = moved_map_row if part.kind in MAPS else moved_row
         table[part.row] = move(rows[part.row], motion(part, named[part.instance]), asset.uniforms["center"])
     for part in changes.gone:
@@ -230,13 +233,14 @@ def _map_shot(seen: _Seen, part: Part, row: np.ndarray) -> tuple[np.ndarray, Sho
     """A depth map's row and capture: from where it was, as its object has turned."""
     placed = placed_of(row)
     towards = -_turned(part, seen.instance) @ row[ROW["plane"], :3].astype(np.float64)
-    view = DepthView(seen.instance.name, fit(seen.points, towards), own=bool(row[ROW["limits"], 2] > 0))
+    view = DepthView(seen.instance.name, fit(seen.points, towards))
+    started_on = bool(row[ROW["limits"], 2] > 0)
     at = tuple(int(n) for n in row[ROW["table"]])
     new = row[None].copy()
-    fill_rows(new, [view], [placed], [at], [sphere_around(seen.points)], np.asarray(seen.center))
+    fill_rows(new, [view], [started_on], [placed], [at], [sphere_around(seen.points)], np.asarray(seen.center))
     normals = seen.normals(row, placed) if part.kind in MIRRORS else None
     camera = map_camera(view.camera, placed.width)
-    place = MapPlace(view.camera, at[:2], at[2:])
+    place = MapPlace(view.camera, at[:2], at[2:], part.kind in MIRRORS)
     return new[0], Shot(seen.surface, seen.instance, seen.share, camera, placed, normals, map=place)
 
 

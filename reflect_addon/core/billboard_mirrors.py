@@ -16,7 +16,7 @@ from .job import BakeJob
 from .kernel import evaluate, record_function
 from .mirrors import Mirror, mirror_of
 from .rays import Hits, Rays
-from .second_order import MIRROR_INPUTS, mirror_terms
+from .second_order import MIRROR_INPUTS, PAPERS_ORDER, mirror_terms
 from .snapshot import Instance, Material
 
 # A metal emits when the median of its own light is this share of all it shows.
@@ -37,6 +37,7 @@ def mirror_rows(job: BakeJob, stand_ins: list, captured: list):
     atlas, placed = pack([normals for _, normals in reflective])
     options = {
         "partly": not all(m.whole for m in mirrors),
+        "order": int(job.settings.get("order", PAPERS_ORDER)),
         "relief": any(s.has_relief for s, _ in reflective),
         **lobe_options([m.material for m in mirrors]),
     }

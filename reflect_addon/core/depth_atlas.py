@@ -10,8 +10,8 @@ import numpy as np
 from .billboard_atlas import ROW, Placed
 from .depth_fit import DepthView
 
-# Hits of a reflector's own maps closer than this many texels are its own surface, seen through the poly-line's error.
-NEAR = 3.0
+# Hits closer than this many texels are the surface that the ray starts on (depth_start.py is exact to a part of that).
+NEAR = 0.1
 # A segment that rises by more than this many texels of depth per texel is no surface: its camera saw it too slanted to
 # know it, or it is a band over the gap between two parts of the object. What another map sees is then not hidden by it.
 STEEP = 6.0
@@ -22,13 +22,14 @@ TALLEST = 8192
 def fill_rows(
     rows: np.ndarray,  # (maps, len(ROW), 4), written
     views: list[DepthView],
+    started_on: list[bool],  # whether rays start on what a view shows
     placed: list[Placed],
     corners: list[tuple[int, int, int, int]],  # lowest left texels of each view's table and depths
     spheres: list[tuple[np.ndarray, float]],  # around each view's object: centre (3,) world, radius in m
     center: np.ndarray,  # (3,) world, what rows are relative to
 ) -> None:
     """Writes one row per view."""
-    for row, view, where, corner, (middle, radius) in zip(rows, views, placed, corners, spheres, strict=True):
+    for row, view, on, where, corner, (middle, radius) in zip(rows, views, started_on, placed, corners, spheres, strict=True):
         camera = view.camera
         eye = camera.eye - center
         axes = (camera.forward, camera.right / camera.tan_half, camera.up / camera.tan_half)
@@ -36,7 +37,7 @@ def fill_rows(
             row[ROW[name]] = *axis, -np.dot(eye, axis)
         row[ROW["place"]] = where.x, where.y, where.width, where.height
         row[ROW["detail"], :3] = where.levels - 1, 1 / camera.texel(where.width), 1.0
-        near = NEAR * camera.texel(where.width) if view.own else 0.0
+        near = NEAR * camera.texel(where.width) if on else 0.0
         steep = STEEP * camera.texel(where.width) / (camera.yon - camera.hither)
         row[ROW["limits"]] = camera.hither, camera.yon, near, steep
         row[ROW["ball"]] = *(np.asarray(middle) - center), radius

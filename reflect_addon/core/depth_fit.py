@@ -16,6 +16,7 @@ class DepthView:
     instance: str
     camera: DepthCamera
     own: bool = False  # of the reflector itself: rays start on its surface
+    detail: int = 1  # times the texels that are asked for: a mirror's errors are magnified by what it mirrors
     reach: float = float("inf")
     shared: bool = False
     has_relief: bool = False  # a ray meets the surface itself, not a plane before it
@@ -34,8 +35,8 @@ class DepthView:
         half = camera.texel(2)
         beside = np.maximum(np.maximum(viewers[0] - center, center - viewers[1]), 0)
         distance = np.linalg.norm(beside) - half
-        wanted = 2 * half / (FINEST * max(distance, 1e-9 * half))
-        return int(min(most, 2 ** np.ceil(np.log2(max(wanted, LEAST_TEXELS)))))
+        wanted = self.detail * 2 * half / (FINEST * max(distance, 1e-9 * half))
+        return int(min(most * self.detail, 2 ** np.ceil(np.log2(max(wanted, LEAST_TEXELS)))))
 
     def rays(self, texels: int) -> Rays:
         return self.camera.rays(texels)[0]

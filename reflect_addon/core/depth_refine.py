@@ -20,10 +20,10 @@ DIAGONAL = 1.5
 NOTHING = -1.0
 
 
-def corners_of(depth: np.ndarray) -> np.ndarray:
-    """(w + 1, w + 1, 4) float16 of a depth map (w, w), NaN where nothing is: texel (x, y) is the corner left below (x, y)."""
+def corners_of(depth: np.ndarray, kind=np.float16) -> np.ndarray:
+    """(w + 1, w + 1, 4), float16 unless told otherwise, of a depth map (w, w), NaN where nothing is: texel (x, y) is the corner left below (x, y)."""
     q = np.pad(np.nan_to_num(depth, nan=NOTHING), 1, constant_values=NOTHING)
-    return np.stack([q[:-1, :-1], q[:-1, 1:], q[1:, :-1], q[1:, 1:]], -1).astype(np.float16)
+    return np.stack([q[:-1, :-1], q[:-1, 1:], q[1:, :-1], q[1:, 1:]], -1).astype(kind)
 
 
 def map_at(k, asset, corner, at, steep):

@@ -44,6 +44,10 @@ RULES = {
     "mirror": Rule(object_moves="remake", reflector_moves="remake", reflector_deforms="remake"),
     "flat_mirror": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
     "mirror_map": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
+    # What is shaded at the hit has normals as well, and lamps' shares that no capture makes.
+    "glossy": Rule(object_moves="remake", reflector_moves="remake", reflector_deforms="remake"),
+    "flat_glossy": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
+    "glossy_map": Rule(object_moves="remake", reflector_moves="stay", reflector_deforms="stay"),
     # Depth maps stand beside their object; a reflector's map of itself is a map whose object is the reflector.
     "map": Rule(object_moves="move", reflector_moves="stay", reflector_deforms="stay"),
     # Surface radiance lies on the object itself.

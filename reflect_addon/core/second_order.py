@@ -1,4 +1,4 @@
-"""Second-order reflections, for any stand-in with normals [popescu-2006 section 3 and 3.1, steps 2 to 5].
+"""Second-order reflections and further ones, for any stand-in with normals [popescu-2006 section 3 and 3.1, steps 2 to 5].
 
 Problem. A mirror that is seen in a mirror is not a picture: what it shows depends on where it is looked at from.
 Idea. The stand-ins of other reflectors carry normals. A reflected ray that meets one of them first goes on as a tertiary
@@ -10,8 +10,9 @@ it was where it hit, growing by twice the change of the normal across it and by 
 A reflective quad stands through the middle of a volume, and a tertiary ray from there shows the wrong place of all that is
 near. Beside its normal a texel therefore holds the height of the surface above the quad, and a ray that meets the quad
 goes to the surface in RELIEF_STEPS steps of a fixed-point iteration [Szirmay-Kalos 2005, for distance maps].
-Limits. Mirrors do not show mirrors in mirrors: the tertiary ray passes through other reflectors, and through the one
-that it started on.
+Orders of three and more are what the paper leaves open. settings["order"]: up to that order the tertiary ray looks among
+the reflective rows as well, and goes on from there in a loop; only the last one passes through mirrors.
+Limits. Mirrors do not show mirrors past that order. Where a mirror's reflector has no rows of itself the ray passes through it.
 
 Rows of `billboard_buf`: the `count` = D diffuse ones, then the `mirrors` = R - 1 reflective ones. The position that is
 reported is the first hit: the place in the mirror that the eye looks at.
@@ -30,6 +31,8 @@ from .shading import REFLECTANCE_INPUTS, reflectance
 RELIEF_STEPS = 2
 # Cosine at which a ray meets a quad below which its way to the surface is no longer told by the height there.
 LEAST_FACING = 0.1
+# Reflections that 3.1 computes: a mirror's rays go on once. settings["order"], where it is not given.
+PAPERS_ORDER = 2
 # Radians per metre: above it a footprint covers the half space.
 WIDEST = 2.0
 
@@ -39,11 +42,12 @@ MIRROR_INPUTS = {**REFLECTANCE_INPUTS, "share": "float"}
 def answer(k, asset, ray, nearest, backdrop) -> Hit:
     """What the ray sees of the asset's stand-ins and their mirrors.
 
-    nearest(k, asset, ray, start, first, last) -> (distance m, row, u, v): the first of the rows `first` to before `last`
-    that the ray meets, distance FAR where it meets none; start: vec3, its origin relative to the asset's centre.
+    nearest(k, asset, ray, start, first, last, before=) -> (distance m, row, u, v): the first of the rows `first` to before
+    `last` that the ray meets, or `before` where that is nearer; distance FAR where it meets none; start: vec3, its origin
+    relative to the asset's centre.
     backdrop(k, asset, ray, start) -> (radiance, position, status): what it sees where it meets none.
     asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), and
-    where there are such or mirrors partly (some mirror only in part), relief (nearest says where a flat
+    where there are such or mirrors order, partly (some mirror only in part), relief (nearest says where a flat
     stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
     """
     diffuse, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
@@ -55,8 +59,8 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
     first = nearest(k, asset, ray, start, 0, diffuse + mirrors)
     last_ray, last_start, last = ray, start, first
     if mirrors + glossy:
-        in_mirror = k.name("in_mirror", (first[0] < spaces.FAR) & (first[1] >= diffuse - glossy - 0.5))
-        own, share, last_ray, last_start, last = _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest)
+        in_mirror = k.name("in_mirror", _goes_on(asset, *first[:2]))
+        own, share, place, off, last_ray, last_start, last = _beyond_the_mirrors(k, asset, ray, start, first, in_mirror, nearest)
 
     def texel():
         k.cite("popescu-2006 3.1 step 4: return the intersection texel")
@@ -68,74 +72,120 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
         return backdrop(k, asset, last_ray, last_start)
 
     radiance, position, status = k.branch(last[0] < spaces.FAR, texel, miss)
-    if glossy and asset.options["suns"]:
-        rough = in_mirror & (first[1] < diffuse - 0.5)
-        radiance = k.select(rough, k.min(radiance, asset.uniforms["sky_brightest"]), radiance)
+    if _caps_sky(asset):
+        came_off_gloss = (off >= diffuse - glossy - 0.5) & (off < diffuse - 0.5)
+        radiance = k.select(came_off_gloss, k.min(radiance, asset.uniforms["sky_brightest"]), radiance)
     if mirrors + glossy:
         radiance = own + share * radiance
-        position = k.select(in_mirror, last_ray.origin, position)
+        position = k.select(in_mirror, place, position)
         status = k.select(in_mirror, spaces.STATUS_HIT, status)
     return Hit(radiance, position, 1.0, status)
 
 
-def _beyond_the_mirror(k, asset, ray, start, first, in_mirror, nearest):
-    """(the stand-in's own light, share of what comes next, the ray to look along, its start, what that meets).
+def _goes_on(asset, distance, row):
+    """Whether what was met mirrors or is glossy."""
+    return (distance < spaces.FAR) & (row >= asset.options["count"] - asset.options["glossy"] - 0.5)
 
-    For a ray that meets no mirror: nothing, all, the ray itself and what it meets.
+
+def _caps_sky(asset) -> bool:
+    """Whether a glossy surface has the sun's light from its lobe already and must not see it in the sky once more."""
+    return bool(asset.options["glossy"] and asset.options["suns"])
+
+
+def _beyond_the_mirrors(k, asset, ray, start, first, in_mirror, nearest):
+    """(the stand-ins' own light, share of what comes last, place of the first mirror's surface, row that the last ray came
+    off, the ray to look along, its start, what that meets). For a ray that meets no mirror: nothing, all, -1, the ray itself and
+    what it meets. The row is None where nobody asks.
+
+    The second order is written out: loops of one step are not free where loops are unrolled.
     """
-    distance, row, u, v = first
+    order = asset.options["order"]
 
-    def mirrored():
-        k.cite("popescu-2006 3.1 step 5a: compute the tertiary ray rr")
-        surface = _surface(k, asset, ray, first)
-        base, tint, placed = (fetch(k, asset, name, row) for name in ("base", "tint", "normals"))
-        toward = k.name("toward", k.dot(ray.direction, surface.normal))
-        # A quad may be met at an angle at which the surface there would turn its back: it is at grazing.
-        bent = k.normalize(ray.direction - surface.normal * (2.0 * k.min(toward, 0.0)))
-        spread = k.sqrt(ray.spread * ray.spread + 4.0 * surface.turn * surface.turn + placed.w * placed.w)
-        step = k.name("step", ray.direction * surface.distance)
-        tertiary = Ray(
-            k.name("tertiary_origin", ray.origin + step),
-            k.name("tertiary_direction", bent),
-            k.name("tertiary_width", ray.width + ray.spread * surface.distance),
-            k.name("tertiary_spread", k.min(spread, WIDEST)),
+    asks = _caps_sky(asset)
+
+    def go_on(again, is_first, own, share, place, *state):
+        (origin, direction, width, spread, last_start, *last) = state[asks:]
+        arrived = Ray(origin, direction, width, spread)
+        glow, kept, *onward = _mirrored(k, asset, arrived, last_start, last, nearest, again)
+        place = onward[0] if is_first is True else k.select(is_first, onward[0], place)
+        return k.name("own", own + share * glow), k.name("share", share * kept), place, *last[1:2][:asks], *onward
+
+    here = (ray.origin, ray.direction, ray.width, ray.spread, start, *first)
+    unmirrored = (k.vec3(0.0), k.vec3(1.0), ray.origin, *(-1.0,) * asks, *here)
+    if order == 2:
+        state = k.branch(
+            in_mirror, lambda: go_on(False, True, *unmirrored), lambda: unmirrored
         )
-        terms = mirror_terms(
-            k, asset, -toward, base.xyz, base.w, tint.xyz, tint.w, placed.z, surface.share
-        )
-        if asset.options["glossy"]:
-            own = shaded(k, asset, ray, row, surface, start + step, terms["kept"])
-        else:
-            own = billboard_kernel.radiance(k, asset, ray, distance, row, surface.u, surface.v) * terms["kept"]
-        k.cite("popescu-2006 3.1 step 5b: intersect rr with the D diffuse billboards")
-        tertiary_start = k.name("tertiary_start", start + step)
-        met = _tertiary_hit(k, asset, tertiary, tertiary_start, row, nearest)
-        return (
-            k.name("own", own), k.name("share", terms["reflectance"]), tertiary.origin, tertiary.direction,
-            tertiary.width, tertiary.spread, tertiary_start, *met,
-        )  # fmt: skip
+    else:
+        k.cite("popescu-2006 3.1 step 5 again for each further order; the last tertiary ray looks among what is only lit")
 
-    def unmirrored():
-        return k.vec3(0.0), k.vec3(1.0), ray.origin, ray.direction, ray.width, ray.spread, start, *first
+        def step(i, *before):
+            mirror = _goes_on(asset, *before[-4:-2])
+            went = k.branch(mirror, lambda: go_on(i < order - 2.5, i < 0.5, *before), lambda: before)
+            return went, ~mirror
 
-    own, share, origin, direction, width, spread, last_start, *last = k.branch(in_mirror, mirrored, unmirrored)
-    return own, share, Ray(origin, direction, width, spread), last_start, last
+        state = k.loop(order - 1, unmirrored, step)
+    own, share, place, *state = state
+    off = state.pop(0) if asks else None
+    origin, direction, width, spread, last_start, *last = state
+    return own, share, place, off, Ray(origin, direction, width, spread), last_start, last
 
 
-def _tertiary_hit(k, asset, tertiary, start, row, nearest):
-    """A mirror's ray looks at all diffuse stand-ins, a glossy one's neither at the lamps, whose light it has, nor at others
-    that are glossy, itself among them."""
-    count, glossy = asset.options["count"], asset.options["glossy"]
+def _mirrored(k, asset, ray, start, met, nearest, again):
+    """(the stand-in's own light, share of what comes next, the tertiary ray's origin, direction, width, spread and start,
+    what it meets) of a ray that has met a mirror. again: whether it looks among mirrors, True, False or a bool of the kernel.
+    """
+    distance, row, u, v = met
+    options = asset.options
+    k.cite("popescu-2006 3.1 step 5a: compute the tertiary ray rr")
+    surface = _surface(k, asset, ray, met)
+    base, tint, placed = (fetch(k, asset, name, row) for name in ("base", "tint", "normals"))
+    toward = k.name("toward", k.dot(ray.direction, surface.normal))
+    # A quad may be met at an angle at which the surface there would turn its back: it is at grazing.
+    bent = k.normalize(ray.direction - surface.normal * (2.0 * k.min(toward, 0.0)))
+    spread = k.sqrt(ray.spread * ray.spread + 4.0 * surface.turn * surface.turn + placed.w * placed.w)
+    step = k.name("step", ray.direction * surface.distance)
+    tertiary = Ray(
+        k.name("tertiary_origin", ray.origin + step),
+        k.name("tertiary_direction", bent),
+        k.name("tertiary_width", ray.width + ray.spread * surface.distance),
+        k.name("tertiary_spread", k.min(spread, WIDEST)),
+    )
+    terms = mirror_terms(k, asset, -toward, base.xyz, base.w, tint.xyz, tint.w, placed.z, surface.share)
+    if options["glossy"]:
+        own = shaded(k, asset, ray, row, surface, start + step, terms["kept"])
+    else:
+        own = billboard_kernel.radiance(k, asset, ray, distance, row, surface.u, surface.v) * terms["kept"]
+    k.cite("popescu-2006 3.1 step 5b: intersect rr with the D diffuse billboards")
+    tertiary_start = k.name("tertiary_start", start + step)
+    found = _tertiary_hit(k, asset, tertiary, tertiary_start, row, nearest, again)
+    return (
+        own, terms["reflectance"], tertiary.origin, tertiary.direction, tertiary.width, tertiary.spread, tertiary_start, *found
+    )  # fmt: skip
+
+
+def _tertiary_hit(k, asset, tertiary, start, row, nearest, again):
+    """A mirror's ray looks at all diffuse stand-ins, and at mirrors if it goes on again; a glossy one's neither at the lamps,
+    whose light it has, nor at what is glossy, itself among them, nor at mirrors."""
+    count, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
 
     def looks(last: int):
         return tuple(nearest(k, asset, tertiary, start, 0, last))
 
+    def off_a_mirror():
+        found = looks(count)
+        if again is False:
+            return found
+        return k.branch(
+            again, lambda: tuple(nearest(k, asset, tertiary, start, count, count + mirrors, before=found)), lambda: found
+        )  # fmt: skip
+
     if not glossy:
-        return looks(count)
+        return off_a_mirror()
     lit = count - glossy - asset.options["lamps"]
-    if not asset.options["mirrors"]:
+    if not mirrors:
         return looks(lit)
-    return k.branch(row < count - 0.5, lambda: looks(lit), lambda: looks(count))
+    return k.branch(row < count - 0.5, lambda: looks(lit), off_a_mirror)
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ class Followers:
 
 
 # Images of an asset that captures are drawn into.
-_FILLED = {"billboard_tx", "normal_tx", "srdm_tx", "srdm_buf", "depth_tx"}
+_FILLED = {"billboard_tx", "normal_tx", "srdm_tx", "srdm_buf", "depth_tx", "mirror_depth_buf"}
 
 
 class _Images:
@@ -148,7 +148,7 @@ class _Images:
         self._tables = None
         if rows is not None:
             turns, points = int(asset.options["turns"]), int(asset.settings["points"])
-            self._tables = MapTables(rows, found["depth_tx"], turns, points, counts)
+            self._tables = MapTables(rows, found.get("depth_tx"), found.get("mirror_depth_buf"), turns, points, counts)
 
     def compile(self, widths: set[int]):
         """The programs of captures, and of depth maps of these widths."""

@@ -72,11 +72,17 @@ class MapTexels:
 
 
 class MapTables:
-    """The depths and the simplified rows of one asset's maps, in the textures that its kernel reads."""
+    """The depths and the simplified rows of one asset's maps, in the textures that its kernel reads. depths_tx, mirror_depths_tx:
+    of what is only lit and of mirrors; None where there is none."""
 
-    def __init__(self, rows_tx, depths_tx, turns: int, points: int, counts: Counts):
-        self._rows_tx, self._depths_tx, self._turns, self._points = rows_tx, depths_tx, turns, points
-        self._framebuffer = ensure().types.GPUFrameBuffer(color_slots=[depths_tx])
+    def __init__(self, rows_tx, depths_tx, mirror_depths_tx, turns: int, points: int, counts: Counts):
+        self._rows_tx, self._turns, self._points = rows_tx, turns, points
+        made = ensure().types.GPUFrameBuffer
+        self._depths = {
+            mirrors: (texture, made(color_slots=[texture]))
+            for mirrors, texture in ((False, depths_tx), (True, mirror_depths_tx))
+            if texture is not None
+        }
         self._batch = triangle_batch()
         self._builders: dict[int, Builder] = {}
         self.counts = counts
@@ -92,8 +98,9 @@ class MapTables:
         """The tables of the width x width map that `texels` holds."""
         gpu = ensure()
         self.builder(width).build(texels.depth_tx, self._rows_tx, table_at=where.rows)
-        with self._framebuffer.bind():
-            self._framebuffer.viewport_set(0, 0, self._depths_tx.width, self._depths_tx.height)
+        depths_tx, framebuffer = self._depths[where.mirrors]
+        with framebuffer.bind():
+            framebuffer.viewport_set(0, 0, depths_tx.width, depths_tx.height)
             gpu.state.scissor_set(*where.depths, width + 1, width + 1)
             gpu.state.scissor_test_set(True)
             shader = program(CORNERS, self.counts)

@@ -105,7 +105,7 @@ def with_backdrop(job: BakeJob, kind: str) -> tuple[list[Quad], Asset]:
 def kind_of(quad: Quad, texels: Texels) -> str:
     """remake.py's word for what a quad is."""
     if texels.normals is not None:
-        return "flat_mirror" if quad.shared else "mirror"
+        return ("flat_" if quad.shared else "") + ("mirror" if texels.mirrors else "glossy")
     return "flat" if quad.shared else "volume"
 
 

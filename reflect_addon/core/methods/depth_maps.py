@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from .. import billboard_kernel, depth_kernel, second_order, srdm, srdm_greedy, srdm_optimal
+from .. import billboard_kernel, depth_kernel, depth_start, second_order, srdm, srdm_greedy, srdm_optimal
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, pack, table_row, write_mirror
 from ..billboard_capture import Texels, capture
@@ -44,6 +44,10 @@ SETTINGS = {
     "self_reflections": Setting(
         "Self Reflections", "Depth maps of the reflector itself where its own reflected rays meet it (a handle, a spout)"
     ),
+    "mirror_detail": Setting("Mirror Detail", "How many times the texels of other maps those of mirrors have. What a mirror shows in "
+                             "another turns with its normals", high=8, soft_high=4, advanced=True),
+    "order": Setting("Order", "Reflections in a row that are followed where mirrors see mirrors or themselves. 2: a mirror in a "
+                     "mirror shows no third one", low=2, high=8, advanced=True),
     "turns": Setting("Turns", "Directions for which a depth map is simplified. More find edges better and need memory",
                      soft_high=180, advanced=True),
     "points": Setting("Points", "Points that are left of each row of a simplified depth map. More follow finer shapes and "
@@ -60,6 +64,8 @@ DEFAULTS = {
     "texels": 256,
     "maps": 4,  # most maps of one object
     "self_reflections": True,  # maps of the reflector itself, where its rays meet it
+    "mirror_detail": 2,  # maps of mirrors have so many times the texels a side: a curved mirror magnifies their errors
+    "order": 3,  # of reflections, where a mirror's rays may meet mirrors
     "turns": 60,  # n of the paper: 3 degrees
     "points": 16,  # m of the paper
     "rows": 1,  # 2: the two best rows say where the projection's own row is looked up
@@ -91,7 +97,10 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
     atlas[..., :3] = half
     center = np.asarray(backdrop.uniforms["center"])
     rows = np.zeros((max(len(stand_ins), 1), len(ROW), 4), np.float32)
-    depth_images = _write_maps(job, rows, stand_ins, captured, placed, center) if views else {}
+    shiny = [s for s, t in zip(stand_ins, captured, strict=True) if t.mirrors]
+    # Where a mirror's rays may meet mirrors: where there are two of them, or one that sees itself.
+    again = int(job.settings["order"]) > 2 and (len({s.instance for s in shiny}) > 1 or any(_is_own(s) for s in shiny))
+    depth_images = _write_maps(job, rows, stand_ins, captured, placed, center, again) if views else {}
     for i, stand_in in enumerate(stand_ins):
         if i not in views:
             rows[i] = table_row(stand_in, placed[i], opaque[i], center)
@@ -124,6 +133,8 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
             "refine": bool(job.settings["refine"]),
             **options,
             **shading_options,
+            **({"order": int(job.settings["order"]) if again else second_order.PAPERS_ORDER} if mirrors else {}),
+            "starts": again or any(_is_own(s) for s in shiny),
         },
         settings=dict(job.settings),
         parts=parts_of(job.scene, job.reflector, [(s.instance, kind) for s, kind in zip(stand_ins, kinds, strict=True)]),
@@ -131,9 +142,16 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
     )
 
 
+def _is_own(stand_in) -> bool:
+    """Whether the reflector's rays start on what this shows."""
+    return isinstance(stand_in, DepthView) and stand_in.own
+
+
 def _map_kind(texels: Texels) -> str:
     """remake.py's word for a depth map."""
-    return "map" if texels.normals is None else "mirror_map"
+    if texels.normals is None:
+        return "map"
+    return "mirror_map" if texels.mirrors else "glossy_map"
 
 
 def _continued(texels: Texels) -> Texels:
@@ -145,29 +163,41 @@ def _continued(texels: Texels) -> Texels:
     return Texels(continued(texels.radiance), normals, texels.distance, None if own is None else continued(own))
 
 
-def _write_maps(job, rows: np.ndarray, stand_ins: list, captured: list[Texels], placed: list, center) -> dict[str, np.ndarray]:
-    """Fills the rows of the depth maps; returns the images that they look their depths up in."""
+def _write_maps(job, rows, stand_ins: list, captured: list[Texels], placed: list, center, again) -> dict[str, np.ndarray]:
+    """Fills the rows of the depth maps; returns the images that they look their depths up in. again: rays start on mirrors."""
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
     tables, depths, spheres = [], [], []
     maps = [i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)]
     for i in maps:
         depth = stand_ins[i].depth(captured[i].distance)
         tables.append(_table(job, depth))
-        depths.append(corners_of(depth))
+        depths.append(corners_of(depth, np.float32 if captured[i].mirrors else np.float16))
         spheres.append(sphere_around(job.scene.world_positions(by_name[stand_ins[i].instance])))
     image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
-    depth_image, depth_at = stacked(depths, (NOTHING,) * 4)
+    depth_images, depth_at = {}, [(0, 0)] * len(maps)
+    for name, kind in (("depth_tx", np.float16), ("mirror_depth_buf", np.float32)):
+        some = [n for n, d in enumerate(depths) if d.dtype == kind]
+        if some:
+            depth_images[name], places = stacked([depths[n] for n in some], (NOTHING,) * 4)
+            for n, where in zip(some, places, strict=True):
+                depth_at[n] = where
     corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]
+    started_on = [stand_ins[i].own or (again and captured[i].mirrors) for i in maps]
     filled = np.zeros((len(maps), *rows.shape[1:]), np.float32)
-    fill_rows(filled, [stand_ins[i] for i in maps], [placed[i] for i in maps], corners, spheres, center)
+    fill_rows(filled, [stand_ins[i] for i in maps], started_on, [placed[i] for i in maps], corners, spheres, center)
     rows[maps] = filled
     tables = {"srdm_tx": image.astype(np.float16)} if job.settings["half"] else {"srdm_buf": image}
-    return {**tables, "depth_tx": depth_image}
+    return {**tables, **depth_images}
 
 
 def _check(settings: dict) -> None:
     n, m = int(settings["turns"]), int(settings["points"])
-    srdm.check(int(settings["texels"]), n, m)
+    detail = int(settings["mirror_detail"])
+    if detail < 1 or detail & (detail - 1):
+        raise ReflectError(f"Maps of mirrors cannot have {detail} times the texels.", "Give mirror_detail 1, 2, 4 or 8.")
+    if int(settings["order"]) < 2:
+        raise ReflectError(f"Reflections of order {settings['order']} do not go on from mirrors.", "Give an order of 2 or more.")
+    srdm.check(int(settings["texels"]) * detail, n, m)
     if int(settings["rows"]) > 2:
         raise ReflectError(f"A ray cannot look up {settings['rows']} rows of a depth map.", "Give 1 or 2 rows.")
     if n * -(-m // 2) > TALLEST:
@@ -183,22 +213,26 @@ def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
     return srdm.packed(simplify(srdm.with_spans(srdm.rotated_rows(depth, n), m), m).reshape(n, len(depth), m, 2))
 
 
-def nearest(k, asset, ray, start, first: int, last: int, search=None):
+def nearest(k, asset, ray, start, first: int, last: int, search=None, before=billboard_kernel.NOTHING):
     """second_order's: the nearest of the rows `first` to before `last`, quads and maps. search: depth_kernel.nearest's."""
     options = asset.options
-    glossy, lamps = options["glossy"], options["lamps"]
+    glossy, lamps, mirrors = (options[name] for name in ("glossy", "lamps", "mirrors"))
+    of_mirrors, how = asset, search
+    if options["mirror_maps"]:
+        of_mirrors = replace(asset, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
+        how = search or (depth_start.search if options["starts"] else None)
     groups = (
-        (options["count"] - glossy - lamps, options["maps"]),
-        (lamps, options["lamp_maps"]),
-        (glossy, options["glossy_maps"]),
-        (options["mirrors"], options["mirror_maps"]),
+        (options["count"] - glossy - lamps, options["maps"], asset, search),
+        (lamps, options["lamp_maps"], asset, search),
+        (glossy, options["glossy_maps"], asset, search),
+        (mirrors, options["mirror_maps"], of_mirrors, how),
     )
-    found, high = billboard_kernel.NOTHING, 0
-    for rows, maps in groups:
+    found, high = before, 0
+    for rows, maps, of, how in groups:
         low, high = high, high + rows
         if first <= low and high <= last:
             found = billboard_kernel.nearest(k, asset, ray, start, low, high - maps, found)
-            found = depth_kernel.nearest(k, asset, ray, start, found, high - maps, high, search)
+            found = depth_kernel.nearest(k, of, ray, start, found, high - maps, high, how)
     return found
 
 
