@@ -21,6 +21,9 @@ from .snapshot import Instance, corners_of
 LIFT = 2e-5
 # ... or this share of their largest coordinate, above float32's rounding: a small scene may lie far from the origin.
 LIFT_ROUNDING = 8 * 2.0**-23
+# Of a lamp's size, rays to it start this far off: its mesh lies inside the true ball (scene/lamps.py), and from inside a
+# ball does not shine. At its rim more would be needed, but a shade may be near.
+LAMP_LIFT = 0.05
 
 # A surface closer than this share of an object's size to its inside is covered by it.
 COVERED = 1e-3
@@ -99,6 +102,9 @@ def part(job: BakeJob, quad: Quad, instance: Instance, texels: int) -> Part:
     # Computed in float64: float32 positions far from the origin would lose the lift.
     surface = rays.origin.astype(np.float64) + rays.direction * np.where(solid, distance, 0.0)[:, None]
     least = LIFT * max(job.scene.diagonal(), 1e-30)
+    if instance.name in {lamp.name for lamp in job.scene.lamps}:
+        low, high = job.scene.bounds([instance])
+        least = max(least, LAMP_LIFT * float(np.linalg.norm(high - low)))
     lift = np.maximum(least, LIFT_ROUNDING * np.abs(surface).max(-1, keepdims=True))
     start = surface - rays.direction * lift
     return Part(instance, quad.size(texels), rays, solid, distance, start[solid], lift[solid, 0])

@@ -22,7 +22,7 @@ from .shading import reflectance
 SHARPEST = 1e-3
 # Cosines are raised to this: a grazing eye's weight is bounded by the shadowing, which falls with it.
 GRAZING = 1e-3
-# Of the way from a lamp's middle to its point nearest to the mirror direction: least error of 1, 0.8, 0.6, 0.4 (test_lobe.py).
+# Of the way from a lamp's middle to its point nearest to the mirror direction: of 1, 0.8, 0.6 and 0.4 the least worst error.
 BETWEEN = 0.4
 # A quadrilateral with less than this area, over the square of its distance from the point, has one density for all of it:
 # there the sum over edges would be the difference of nearly equal numbers.

@@ -65,6 +65,15 @@ class Sun:
 
 
 @dataclass(frozen=True)
+class Bulb:
+    """A point lamp without a size: no mirror shows it, but what is glossy does."""
+
+    name: str
+    center: tuple[float, float, float]  # world, m
+    intensity: tuple[float, float, float]  # W / sr, scene-linear
+
+
+@dataclass(frozen=True)
 class SceneSnapshot:
     """Everything the methods may know about the scene at one frame."""
 
@@ -78,6 +87,7 @@ class SceneSnapshot:
     warnings: tuple[str, ...] = field(default=())  # objects left out, and why
     light_hash: str = ""  # sha256 over materials and who has them, lights and world: no mesh and no object's place
     suns: tuple[Sun, ...] = ()
+    bulbs: tuple[Bulb, ...] = ()
 
     def reflectors(self) -> tuple[Instance, ...]:
         return tuple(i for i in self.instances if i.is_reflector)

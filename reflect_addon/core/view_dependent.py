@@ -6,13 +6,14 @@ places of `normal_tx`: its normals, its light without its lobe (`own_tx`), and h
 (`seen_tx`). A reflected ray that meets one adds, with itself as eye ray, its lobe over each lamp (lobe.py), and along the
 mirror direction the same as a mirror does, with the footprint of its roughness (hit_shading.py, second_order.py).
 What is a lamp is measured: lamps are stand-ins too, so their radiance is that of their texels, their shape the row's; a sun's
-is what a ray brings. Things that glow count when they are EMITS times as bright as all else. The LAMPS that light the glossy things most are taken; tertiary rays of
-glossy rows pass through them, as they are added already.
+is what a ray brings. Things that glow count when they are EMITS times as bright as the usual. The LAMPS that light the glossy
+things most are taken; tertiary rays of glossy rows pass through them, as they are added already.
 Where we depart. A share of each lamp per texel, of LOOKS points on it: without it highlights lie in shadows, and light
 from a spot's side; the same rays carry what the lamp sends there.
 Where a sun is among the lamps, what a glossy row's mirror direction brings is cut at the sky's brightest thousandth: the sun in
 the environment map would be added again.
-Limits. Lamps (and suns) without a size make no highlight; no mirror shows them either. A lamp that moves takes its
+A point lamp without a size, which no mirror shows, has the intensity that its settings say.
+Limits. Spots and suns without a size make no highlight. A lamp that moves takes its
 highlights along in the next bake. What else is mirrored has sharp outlines.
 """
 
@@ -22,6 +23,7 @@ import numpy as np
 
 from .asset import Asset
 from .billboard_atlas import pack
+from .billboard_kernel import SOLID
 from .billboard_capture import Texels, part
 from .glossy import glossy_of
 from .job import BakeJob
@@ -40,6 +42,8 @@ REACHED = 1 - 1e-3
 SQUARE = np.sqrt(np.pi) / 2
 # A sun stands this many scene's diagonals away.
 AWAY = 1e3
+# Half side of a lamp without a size over the scene's diagonal: a point to every lobe.
+BULB = 1e-3
 # Share of the environment map that is darker than what is taken for the sun in it.
 SKY = 0.999
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -55,6 +59,7 @@ class Lamp:
     v: np.ndarray
     is_ball: bool
     radiance: np.ndarray  # (3,)
+    shows: bool = True  # rays see it
 
     def seen_from(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """((N, 3), (N, 3)) half sides as points (N, 3) see them."""
@@ -105,10 +110,13 @@ def _lamps(job: BakeJob, stand_ins: list, captured: list[Texels], group: list[in
     """The lamps that light the glossy stand-ins most, at most LAMPS. surroundings: mean luminance of the backdrop."""
     named = job.scene.named()
     official = {lamp.name for lamp in job.scene.lamps}
-    lit = [(s, _mean(t)) for s, t, g in zip(stand_ins, captured, group, strict=True) if g in (0, 2) and t.radiance[..., 3].any()]
+    lit = [
+        (s, _mean(t, s.instance in official))
+        for s, t, g in zip(stand_ins, captured, group, strict=True) if g in (0, 2) and t.radiance[..., 3].any()
+    ]  # fmt: skip
     usual = [radiance @ LUMINANCE for s, (radiance, _) in lit if s.instance not in official]
     bright = EMITS * np.quantile([surroundings, *usual], 0.5, method="lower")
-    found: dict[object, Lamp] = {lamp.instance: lamp for lamp in _suns(job)}
+    found: dict[object, Lamp] = {lamp.instance: lamp for lamp in (*_suns(job), *_bulbs(job))}
     for stand_in, (radiance, coverage) in lit:
         if stand_in.instance in official or radiance @ LUMINANCE > bright:
             instance = named[stand_in.instance]
@@ -142,10 +150,24 @@ def _suns(job: BakeJob) -> list[Lamp]:
     return lamps
 
 
-def _mean(texels: Texels) -> tuple[np.ndarray, float]:
-    """(mean radiance (3,) of the solid texels, share of the texels that is solid)."""
-    total = texels.radiance.reshape(-1, 4).astype(np.float64).mean(0)
-    return total[:3] / max(total[3], 1e-30), float(total[3])
+def _bulbs(job: BakeJob) -> list[Lamp]:
+    side = BULB * max(job.scene.diagonal(), 1e-30)
+    u, v = np.array([side, 0.0, 0.0]), np.array([0.0, side, 0.0])
+    return [
+        Lamp(b.name, np.asarray(b.center, np.float64), u, v, True, np.asarray(b.intensity) / (4 * side**2), False)
+        for b in job.scene.bulbs
+    ]  # fmt: skip
+
+
+def _mean(texels: Texels, is_lamp: bool) -> tuple[np.ndarray, float]:
+    """(mean radiance (3,) of the solid texels, share of the texels that is solid). Of a lamp those below half of the brightest do
+    not count: a ball's rim is dark (billboard_capture.LAMP_LIFT)."""
+    solid = texels.radiance[texels.radiance[..., 3] > SOLID].astype(np.float64)
+    if not len(solid):
+        return np.zeros(3), 0.0
+    colours = solid[:, :3] / solid[:, 3:]
+    bright = colours @ LUMINANCE
+    return colours[bright >= 0.5 * bright.max() * is_lamp].mean(0), float(texels.radiance[..., 3].mean())
 
 
 def _shape(job: BakeJob, stand_in, instance: Instance, radiance: np.ndarray, coverage: float) -> Lamp:
@@ -184,7 +206,7 @@ def _reaching(job: BakeJob, lamp: Lamp, start: np.ndarray) -> np.ndarray:
     found = job.trace(Rays(origin, (to / distance[:, None]).astype(np.float32)), hide=(), samples=1)
     free = ~found.hit | (np.linalg.norm(found.position - origin.astype(np.float64), axis=-1) >= distance * REACHED)
     share = np.clip(found.radiance @ LUMINANCE / max(lamp.radiance @ LUMINANCE, 1e-30), 0.0, 1.0)
-    return (free * share).reshape(len(LOOKS), -1).mean(0)
+    return (free * (share if lamp.shows else 1.0)).reshape(len(LOOKS), -1).mean(0)
 
 
 def images_of(job: BakeJob, glossy: Glossy, stand_ins: list, captured: list[Texels], scale: float, center):

@@ -26,6 +26,12 @@ def lamp_mesh(light) -> Mesh | None:
     return None
 
 
+def intensity(light) -> tuple[float, float, float]:
+    """W / sr of a bpy.types.PointLight, the same to all sides; its nodes are not read."""
+    tint = np.array(light.temperature_color) if light.use_temperature else np.ones(3)
+    return tuple((np.array(light.color) * tint * light.energy * 2.0**light.exposure / (4 * np.pi)).tolist())
+
+
 def _rectangle(wide: float, high: float) -> Mesh:
     x, y = wide / 2, high / 2
     # Area lights shine along -Z: wound so that the triangles face there.

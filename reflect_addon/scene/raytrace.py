@@ -64,7 +64,8 @@ def trace(
 
     hide: names of objects that the rays pass through; they still cast shadows and light. samples: paths per ray.
     as_reflection: see what a mirror would see (objects, lamps and world by their glossy visibility, no holdouts);
-    otherwise what a camera would. glossy: say apart what glossy lobes reflect. Positions are float32 world coordinates: 1e-7 of the distance to the world's origin.
+    otherwise what a camera would. glossy: say apart what glossy lobes reflect.
+    Positions are float32 world coordinates: 1e-7 of the distance to the world's origin.
     Raises ValueError for rays that are not finite or have no direction and for unknown names, Cancelled when progress
     returns False, ReflectError when Cycles, OSL or OpenImageIO is missing or the disk is full. The file is as before in
     every case.

@@ -8,11 +8,11 @@ from itertools import product
 import bpy
 import numpy as np
 
-from ..core.snapshot import Instance, Material, Mesh, SceneSnapshot, Sun
+from ..core.snapshot import Bulb, Instance, Material, Mesh, SceneSnapshot, Sun
 from ..core.spaces import FAR
 from .fingerprint import Fingerprint
 from .geometry import read_mesh
-from .lamps import lamp_mesh
+from .lamps import intensity, lamp_mesh
 from .materials import reflect_material
 from .properties import mark_of
 from .restore import Change, attributes
@@ -54,6 +54,7 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         warnings=tuple(reader.warnings),
         light_hash=reader.fingerprint.light_hexdigest(),
         suns=tuple(reader.suns),
+        bulbs=tuple(reader.bulbs),
     )
 
 
@@ -91,6 +92,7 @@ class _Reader:
         self.instances: list[Instance] = []
         self.lamps: list[Instance] = []
         self.suns: list[Sun] = []
+        self.bulbs: list[Bulb] = []
         self.warnings: list[str] = []
         self._boxes: dict[int, np.ndarray] = {}  # mesh -> (8, 3) float64 corners of its bounding box, object space
         self._mesh_index: dict[tuple[int, bool], int | None] = {}
@@ -146,6 +148,8 @@ class _Reader:
         if obj.data.type == "SUN" and obj.visible_glossy and obj.data.angle > 0 and np.isfinite(matrix).all():
             toward = matrix[:3, 2] / max(np.linalg.norm(matrix[:3, 2]), 1e-30)
             self.suns.append(Sun(self._unique(name, is_dupli), tuple(toward.tolist()), float(obj.data.angle)))
+        if obj.data.type == "POINT" and obj.visible_glossy and obj.data.shadow_soft_size == 0 and np.abs(matrix).max() < FAR:
+            self.bulbs.append(Bulb(self._unique(name, is_dupli), tuple(matrix[:3, 3].tolist()), intensity(obj.data)))
         mesh = lamp_mesh(obj.data) if obj.visible_glossy and np.isfinite(matrix).all() else None
         # A lamp turned to nothing by its scale shines on nothing.
         if mesh is None or not np.linalg.norm(matrix[:3, :3], axis=0).all() or np.abs(matrix).max() > FAR:
