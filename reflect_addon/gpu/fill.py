@@ -22,7 +22,12 @@ from .upload import read_texture, texture_from, triangle_batch
 _RAY = {"origin": "origin.xyz", "direction": "direction.xyz", "width": "width", "spread": "direction.w"}
 # Half floats end here; a brighter sun stays a sun instead of becoming infinite.
 _STORE_RADIANCE = "  radiance_out = vec4(clamp(hit_radiance, -65504.0, 65504.0), hit_coverage);\n"
-_STORE_POSITION = "  position_out = vec4(hit_position, hit_status);\n"
+# What may be stored beside it (targets.ReflectionTarget): (the kernel's outputs, the shader's, GLSL).
+_BESIDE = {
+    None: ((), (), ""),
+    "position": (("position", "status"), (("VEC4", "position_out"),), "  position_out = vec4(hit_position, hit_status);\n"),
+    "distance": (("position",), (("FLOAT", "distance_out"),), "  distance_out = distance(origin.xyz, hit_position);\n"),
+}
 
 
 class TextureCache:
@@ -51,10 +56,11 @@ class TextureCache:
 
 
 class Fill:
-    """One asset's kernel, compiled for the wanted outputs, with its textures and uniform block."""
+    """One asset's kernel, compiled for radiance and what is stored beside it, with its textures and uniform block."""
 
-    def __init__(self, asset: Asset, trace: Callable, positions: bool, textures: TextureCache):
-        wanted = ("radiance", "coverage", "position", "status") if positions else ("radiance", "coverage")
+    def __init__(self, asset: Asset, trace: Callable, beside: str | None, textures: TextureCache):
+        more, outputs, store = _BESIDE[beside]
+        wanted = ("radiance", "coverage", *more)
         self.counts = textures.counts
         kernel = emit_glsl(record(trace, asset), wanted, "answer", push_bytes=0)
         self.source = kernel.source
@@ -66,8 +72,7 @@ class Fill:
         self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
         samplers = [("FLOAT_2D", name) for name in ("origin_tx", "direction_tx", "normal_tx")]
         samplers += [("FLOAT_2D", name) for name in kernel.images.values()]
-        outputs = (("VEC4", "radiance_out"), ("VEC4", "position_out")) if positions else (("VEC4", "radiance_out"),)
-        call = call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + (_STORE_POSITION if positions else "")
+        call = call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + store
         self.program = program(
             ProgramInfo(
                 name=f"reflect_fill_{asset.kind}",
@@ -77,7 +82,7 @@ class Fill:
                 uniforms=(("VEC2", "reflectors"),),
                 blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
                 samplers=tuple(samplers),
-                outputs=outputs,
+                outputs=(("VEC4", "radiance_out"), *outputs),
                 generated=(("kernel", kernel.source), ("call", call)),
             ),
             self.counts,
@@ -134,7 +139,7 @@ class RayBundle:
                 ("rays normal", image(np.zeros((self.count, 3)), width)),
             )
         ]
-        self._target = ReflectionTarget(side, rows, True, self.counts, "RGBA16F" if half else "RGBA32F")
+        self._target = ReflectionTarget(side, rows, "position", self.counts, "RGBA16F" if half else "RGBA32F")
         self._batch = triangle_batch()
 
     def answer(self, asset: Asset, kernel: Callable) -> Answer:
@@ -161,7 +166,7 @@ class RayBundle:
         return Work(submit, finish)
 
     def _fill(self, asset: Asset, kernel: Callable) -> Fill:
-        return Fill(asset, kernel, True, TextureCache(self.counts))
+        return Fill(asset, kernel, "position", TextureCache(self.counts))
 
     def _read(self, texture) -> np.ndarray:
         return read_texture(texture, self.counts).reshape(-1, 4)[: self.count]
