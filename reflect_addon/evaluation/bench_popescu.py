@@ -26,7 +26,7 @@ STRAIGHT = 0.15  # largest departure from the line, as a share of the largest ti
 
 def measure(progress) -> list[dict]:
     """Rows for targets.json."""
-    from ..gpu.timing import time_in_turns
+    from ..gpu.timing import processor_clock, time_in_turns
 
     names, works = [], []
     with temporary_folder("reflect-bench-") as folder:
@@ -39,7 +39,7 @@ def measure(progress) -> list[dict]:
             names.append((method, ROOM))
             works.append(_work(mirror_scene(0, room=True), method, folder / ROOM))
     progress(0.8, "popescu: timing")
-    times = time_in_turns(works, TURNS, FRAMES)
+    times = time_in_turns(works, TURNS, FRAMES, processor_clock())
     base = names.index(("environment", QUADS[0]))
     box = times.ratio(names.index(("box_proxy", ROOM)), names.index(("environment", ROOM)))
     five = times.ratio(names.index(("billboards", QUADS[0])), base)
