@@ -43,7 +43,7 @@ def cost(folder: Path) -> dict[str, float]:
     """{"net": the box's cost over the five quads', "frame": whole frame over whole frame, "box", "quads": each over
     environment mapping}. folder: for the assets."""
     from ..gpu.renderer import Renderer
-    from ..gpu.timing import time_in_turns
+    from ..gpu.timing import processor_clock, time_in_turns
 
     scene = plain()
     with open_frame(scene, None) as snapshot:
@@ -53,7 +53,7 @@ def cost(folder: Path) -> dict[str, float]:
         drawn = ((box, environment.trace), (box, billboards.trace), (ground_quads.five_quads(asset), ground_quads.trace))
         camera = camera_of(scene, scene.camera, *SIZE)
         works = [Renderer(snapshot, {name: a}, kernel=lambda _, kernel=kernel: kernel).work(camera) for a, kernel in drawn]
-    times = time_in_turns(works, TURNS, FRAMES)
+    times = time_in_turns(works, TURNS, FRAMES, processor_clock())
     box, quads = times.ratio(1, 0), times.ratio(2, 0)
     return {"net": max(box - 1, 0.0) / max(quads - 1, 1e-9), "frame": times.ratio(1, 2), "box": box, "quads": quads}
 

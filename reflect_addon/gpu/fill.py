@@ -26,7 +26,20 @@ _LOBE_RAY = {"origin": "origin.xyz", "direction": "ray_direction", "width": "wid
 RAYS = ("origin_tx", "direction_tx", "normal_tx")
 # Half floats end here; a brighter sun stays a sun instead of becoming infinite.
 _STORE_RADIANCE = "  radiance_out = vec4(clamp(hit_radiance, -65504.0, 65504.0), hit_coverage);\n"
-_STORE_POSITION = "  position_out = vec4(hit_position, hit_status);\n"
+# What may be stored beside it (targets.ReflectionTarget): (the kernel's outputs, the shader's, GLSL of one ray, GLSL of each ray
+# of a lobe and of their mean: of distances the harmonic one, since the sky is infinitely far).
+_BESIDE = {
+    None: ((), (), "", ("", "")),
+    "position": (
+        ("position", "status"), (("VEC4", "position_out"),), "  position_out = vec4(hit_position, hit_status);\n",
+        ("  beside += vec4(hit_position, hit_status);\n",
+         "  position_out = vec4(beside.xyz / total, floor(beside.w / total + 0.5));\n"),
+    ),
+    "distance": (
+        ("position",), (("FLOAT", "distance_out"),), "  distance_out = distance(origin.xyz, hit_position);\n",
+        ("  beside.x += 1.0 / max(distance(origin.xyz, hit_position), 1e-20);\n", "  distance_out = total / max(beside.x, 1e-20);\n"),
+    ),
+}  # fmt: skip
 
 
 class TextureCache:
@@ -71,12 +84,13 @@ def _emitted(trace: Callable, asset: Asset, wanted: tuple[str, ...]) -> GlslKern
 
 
 class Fill:
-    """One asset's kernel, compiled for the wanted outputs, with its textures and uniform block.
+    """One asset's kernel, compiled for radiance and what is stored beside it, with its textures and uniform block.
 
     rough: its reflectors may send several rays over their lobe (core/lobe_rays.py); it then reads the materials."""
 
-    def __init__(self, asset: Asset, trace: Callable, positions: bool, textures: TextureCache, rough: bool = False):
-        wanted = ("radiance", "coverage", "position", "status") if positions else ("radiance", "coverage")
+    def __init__(self, asset: Asset, trace: Callable, beside: str | None, textures: TextureCache, rough: bool = False):
+        more, outputs, store, _ = _BESIDE[beside]
+        wanted = ("radiance", "coverage", *more)
         self.counts = textures.counts
         kernel = _emitted(trace, asset, wanted)
         self.source = kernel.source
@@ -88,7 +102,7 @@ class Fill:
         self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
         self._rays = RAYS + (("material_tx", "materials_tx") if rough else ())
         samplers = [("FLOAT_2D", name) for name in (*self._rays, *kernel.images.values())]
-        outputs = (("VEC4", "radiance_out"), ("VEC4", "position_out")) if positions else (("VEC4", "radiance_out"),)
+        calls = _lobe_calls(kernel, beside) if rough else (("call", call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + store),)
         self.program = program(
             ProgramInfo(
                 name=f"reflect_fill_{asset.kind}",
@@ -98,8 +112,8 @@ class Fill:
                 uniforms=(("VEC2", "reflectors"), *((("FLOAT", "most_rays"),) if rough else ())),
                 blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
                 samplers=tuple(samplers),
-                outputs=outputs,
-                generated=(("kernel", kernel.source), *(_lobe_calls(kernel, positions) if rough else _call(kernel, positions))),
+                outputs=(("VEC4", "radiance_out"), *outputs),
+                generated=(("kernel", kernel.source), *calls),
             ),
             self.counts,
         )
@@ -132,26 +146,21 @@ class Fill:
         self.counts.passes += 1
 
 
-def _call(kernel, positions: bool):
-    """What fill.frag.glsl includes."""
-    return (("call", call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + (_STORE_POSITION if positions else "")),)
-
-
-def _lobe_calls(kernel, positions: bool):
+def _lobe_calls(kernel, beside: str | None):
     """What fill_rough.frag.glsl includes."""
     rays = emit_glsl(record_function(lobe_rays.count, lobe_rays.COUNT_INPUTS), ("rays",), "rays_of_lobe")
     one = emit_glsl(record_function(lobe_rays.direction, lobe_rays.DIRECTION_INPUTS), ("direction", "weight"), "ray_of_lobe")
     arguments = {
         "mirrored": "mirrored.xyz", "normal": "normal.xyz", "alpha": f"added * {lobe_rays.ALPHA}", "turn": "turn", "share": "share",
     }  # fmt: skip
-    mean = "  position_out = vec4(position.xyz / total, floor(position.w / total + 0.5));\n"
+    each, mean = _BESIDE[beside][-1]
     table = ", ".join(f"vec2({c:.7f}, {s:.7f})" for c, s in lobe_rays.turns())
     return (
         ("lobe", f"{rays.source}{one.source}const vec2 lobe_turns[{lobe_rays.MOST}] = vec2[{lobe_rays.MOST}]({table});\n"),
         ("lobe_call", call_text(one, arguments, "lobe_") + "  ray_direction = lobe_direction;\n  weight = lobe_weight;\n"),
         ("call", call_text(kernel, _LOBE_RAY, "hit_")),
-        ("add_position", "  position += vec4(hit_position, hit_status);\n" if positions else ""),
-        ("store_position", mean if positions else ""),
+        ("add_beside", each),
+        ("store_beside", mean),
     )
 
 
@@ -183,7 +192,7 @@ class RayBundle:
                 ("rays normal", image(np.zeros((self.count, 3)), width)),
             )
         ]
-        self._target = ReflectionTarget(side, rows, True, self.counts, "RGBA16F" if half else "RGBA32F")
+        self._target = ReflectionTarget(side, rows, "position", self.counts, "RGBA16F" if half else "RGBA32F")
         self._batch = triangle_batch()
 
     def answer(self, asset: Asset, kernel: Callable) -> Answer:
@@ -210,7 +219,7 @@ class RayBundle:
         return Work(submit, finish)
 
     def _fill(self, asset: Asset, kernel: Callable) -> Fill:
-        return Fill(asset, kernel, True, TextureCache(self.counts))
+        return Fill(asset, kernel, "position", TextureCache(self.counts))
 
     def _read(self, texture) -> np.ndarray:
         return read_texture(texture, self.counts).reshape(-1, 4)[: self.count]

@@ -72,9 +72,9 @@ class Renderer:
         self._textures = TextureCache(self._counts)
         self._followers = Followers(self._counts, self._textures)
         self.followed = Followed()  # what the last update made again
-        self._fills: dict[tuple[int, bool, bool], tuple[Asset, Fill]] = {}
+        self._fills: dict[tuple[int, str | None, bool], tuple[Asset, Fill]] = {}
         self._rays: RayMapTarget | None = None
-        self._answers: dict[bool, ReflectionTarget] = {}
+        self._answers: dict[str | None, ReflectionTarget] = {}
         self._look = LookTexture(look or Look(), self._counts)
         self._materials: MaterialTable | None = None
         self.assets = dict(assets)
@@ -151,7 +151,7 @@ class Renderer:
         """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
         moves."""
         for group in self._groups:
-            self._fill(group.asset, self._needs_positions(False), self._is_rough(group))
+            self._fill(group.asset, self._beside(False), self._is_rough(group))
         self._followers.prepare(self.surfaces)
         if overlay and self._raymap.sections:
             self._resolve.overlay_program()
@@ -176,7 +176,7 @@ class Renderer:
             self._draw_rays(camera)
             target = self._draw_answers(camera, positions)
             radiance = read_texture(target.radiance_tx, self._counts)
-            if target.position_tx is not None and positions:
+            if positions:
                 position = read_texture(target.position_tx, self._counts)
             else:
                 position = np.zeros_like(radiance)
@@ -223,22 +223,23 @@ class Renderer:
         self._raymap.draw(self._view, self._rays, self.gpu)
 
     def _draw_answers(self, camera: Camera, positions: bool) -> ReflectionTarget:
-        positions = self._needs_positions(positions)
-        if positions not in self._answers:
-            self._answers[positions] = ReflectionTarget(camera.width, camera.height, positions, self._counts)
-        target = self._answers[positions]
+        beside = self._beside(positions)
+        if beside not in self._answers:
+            self._answers[beside] = ReflectionTarget(camera.width, camera.height, beside, self._counts)
+        target = self._answers[beside]
         target.clear()
         for group in self._groups:
             bounds = self._raymap.screen_bounds(camera, range(group.first, group.last + 1))
             if bounds is not None:
                 rough = self._is_rough(group)
                 textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
-                fill, most = self._fill(group.asset, positions, rough), self.most_rays if rough else None
+                fill, most = self._fill(group.asset, beside, rough), self.most_rays if rough else None
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
         return target
 
-    def _needs_positions(self, wanted: bool) -> bool:
-        return wanted or self.attenuation is not None
+    def _beside(self, positions: bool) -> str | None:
+        """What the reflection buffer holds beside radiance: attenuation needs no more than a distance."""
+        return "position" if positions else "distance" if self.attenuation is not None else None
 
     def _is_rough(self, group: Group) -> bool:
         """Whether some of its surfaces send several rays over their lobe: where that shows, at the outlines of stand-ins."""
@@ -246,10 +247,10 @@ class Renderer:
             s.roughness_spread > lobe_rays.FINE for s in self._raymap.sections if group.first <= s.reflector <= group.last
         )
 
-    def _fill(self, asset: Asset, positions: bool, rough: bool = False) -> Fill:
-        key = (id(asset), positions, rough)
+    def _fill(self, asset: Asset, beside: str | None, rough: bool = False) -> Fill:
+        key = (id(asset), beside, rough)
         if key not in self._fills:
-            self._fills[key] = (asset, Fill(asset, self._kernel(asset.kind), positions, self._textures, rough))
+            self._fills[key] = (asset, Fill(asset, self._kernel(asset.kind), beside, self._textures, rough))
         return self._fills[key][1]
 
     # What it costs.
@@ -289,7 +290,7 @@ class Renderer:
 
     def shader_source(self, asset: Asset, positions: bool = False) -> str:
         """The emitted kernel of an asset as this renderer compiles it."""
-        return self._fill(asset, positions).source
+        return self._fill(asset, self._beside(positions)).source
 
     def free(self):
         """Let go of every texture and buffer. It cannot draw afterwards; shaders stay in the session's cache."""

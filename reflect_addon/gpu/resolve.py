@@ -143,7 +143,7 @@ class Resolve:
         shader.image("radiance_tx", answer.radiance_tx)
         shader.image("materials_tx", materials.texture)
         if self.plan.attenuation:
-            shader.image("position_tx", answer.position_tx)
+            shader.image("distance_tx", answer.distance_tx)
             shader.set("half_distance", self.half_distance)
 
     def _reflectance(self) -> tuple[str, str]:
@@ -174,11 +174,10 @@ class Resolve:
                 record_function(shading.attenuation, shading.ATTENUATION_INPUTS), ("attenuation",), "attenuation_at"
             )
             sources.append(fade.source)
-            samplers.append(("FLOAT_2D", "position_tx"))
+            samplers.append(("FLOAT_2D", "distance_tx"))
             uniforms.append(("FLOAT", "half_distance"))
-            distance = "distance(origin.xyz, texelFetch(position_tx, pixel, 0).xyz)"
             attenuation_call = (
-                call_text(fade, {"distance": distance, "half_distance": "half_distance"})
+                call_text(fade, {"distance": "texelFetch(distance_tx, pixel, 0).r", "half_distance": "half_distance"})
                 + "  resolved.radiance *= attenuation;\n"
             )
         generated = (

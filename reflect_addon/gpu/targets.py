@@ -51,24 +51,31 @@ class RayMapTarget:
 
 
 class ReflectionTarget:
-    """radiance_tx (rgb, a = coverage) and, when wanted, position_tx (xyz, w = status)."""
+    """radiance_tx (rgb, a = coverage) and, as `beside` says, "position": position_tx (xyz, w = status), "distance":
+    distance_tx (R32F, m along the ray), or None."""
 
-    def __init__(self, width: int, height: int, positions: bool, counts: Counts, radiance_format: str = "RGBA16F"):
+    def __init__(self, width: int, height: int, beside: str | None, counts: Counts, radiance_format: str = "RGBA16F"):
         gpu = ensure()
         self.width, self.height = width, height
         self.radiance_tx = gpu.types.GPUTexture((width, height), format=radiance_format)
         self.radiance_tx.filter_mode(False)
-        self.position_tx = None
+        self.position_tx = self.distance_tx = None
         slots = [self.radiance_tx]
-        if positions:
+        if beside == "position":
             self.position_tx = gpu.types.GPUTexture((width, height), format="RGBA32F")
-            self.position_tx.filter_mode(False)
             slots.append(self.position_tx)
+        elif beside == "distance":
+            self.distance_tx = gpu.types.GPUTexture((width, height), format="R32F")
+            slots.append(self.distance_tx)
+        slots[-1].filter_mode(False)
         self.framebuffer = gpu.types.GPUFrameBuffer(color_slots=slots)
-        self.bytes = width * height * ((8 if radiance_format == "RGBA16F" else 16) + (16 if positions else 0))
+        more = {"position": 16, "distance": 4, None: 0}[beside]
+        self.bytes = width * height * ((8 if radiance_format == "RGBA16F" else 16) + more)
         counts.allocations += 1
 
     def clear(self):
         for texture in (self.radiance_tx, self.position_tx):
             if texture is not None:
                 texture.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
+        if self.distance_tx is not None:
+            self.distance_tx.clear(format="FLOAT", value=(0.0,))

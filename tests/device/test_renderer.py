@@ -146,8 +146,8 @@ def test_attenuation_and_its_absence(make):
     for renderer in (plain, faded):
         assert isinstance(renderer._resolve, Resolve)
         sources.append(repr(renderer._resolve._composite_info("linear", False)))
-    assert "position_tx" not in sources[0] and "attenuation_at" not in sources[0]
-    assert "position_tx" in sources[1]
+    assert "distance_tx" not in sources[0] and "attenuation_at" not in sources[0]
+    assert "distance_tx" in sources[1]
     assert "position" not in plain.shader_source(plain.assets[""])
 
 

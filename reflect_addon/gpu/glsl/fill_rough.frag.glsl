@@ -23,7 +23,7 @@ void main()
   // [Jimenez 2014, interleaved gradient noise].
   float angle = 6.2831853 * fract(52.9829189 * fract(dot(vec2(pixel), vec2(0.06711056, 0.00583715))));
   vec2 own = vec2(cos(angle), sin(angle));
-  vec4 radiance = vec4(0.0), position = vec4(0.0);
+  vec4 radiance = vec4(0.0), beside = vec4(0.0);
   float total = 0.0;
   for (int i = 0; i < int(rays + 0.5); i++) {
     vec3 ray_direction = mirrored.xyz;
@@ -37,11 +37,11 @@ void main()
     if (weight > 0.5) {
 #include "call"
       radiance += vec4(clamp(hit_radiance, -65504.0, 65504.0) * hit_coverage, hit_coverage);
-#include "add_position"
+#include "add_beside"
       total += 1.0;
     }
   }
   total = max(total, 1.0);
   radiance_out = vec4(radiance.rgb / max(radiance.a, 1e-6), radiance.a / total);
-#include "store_position"
+#include "store_beside"
 }
