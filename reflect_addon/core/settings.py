@@ -83,7 +83,7 @@ COMMON = {
     ),
     "ground_size": Setting(
         "Ground Size", "Width of the box whose floor is a ground that goes on into the distance, centred on the reflector. "
-        "0: chosen from the scene", unit=METRES, soft_high=1000.0,
+        "0: chosen from the scene. A reflector that is wider has no such box", unit=METRES, soft_high=1000.0,
     ),
     "ground_morph": Setting(
         "Ground Morph", "Height of the band at the foot of the ground box's walls in which nearness fades into distance. "
