@@ -27,6 +27,7 @@ def clear_center(job: BakeJob, hide: tuple[str, ...]) -> np.ndarray:
     low, high = job.scene.bounds([job.reflector])
     step = TOUCHING * float(np.linalg.norm(high - low))
     at = center + step * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    hide = {job.reflector.object_name, *hide}
     others = [i for i in job.scene.instances if i.object_name not in hide and i.visible_glossy]
     around = [i for i in others if any(contains(job.scene, i, p) for p in at)]
     if not around:

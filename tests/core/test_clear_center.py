@@ -57,6 +57,11 @@ def test_scale_changes_nothing(scale):
     np.testing.assert_allclose(far / scale, near, rtol=1e-5, atol=1e-5)
 
 
+def test_a_closed_mirror_is_not_in_its_own_way():
+    made = job(snapshot(trimesh.creation.icosphere(3), Leg=leg((5, 0))), SETTINGS)
+    np.testing.assert_array_equal(clear_center(made, ()), made.center())
+
+
 def test_who_gives_a_centre_gets_it():
     made = job(snapshot(floor(), Leg=leg()), {**SETTINGS, "center": (0, 0, 0.5)})
     np.testing.assert_array_equal(clear_center(made, ("Mirror",)), (0, 0, 0.5))
