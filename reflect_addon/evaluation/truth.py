@@ -93,7 +93,7 @@ def _ray_arrays(ray_map: RayMap):
 
 
 def _write(path: Path, truth: Truth) -> None:
-    arrays = {f.name: getattr(truth.hits, f.name) for f in fields(Hits) if f.name != "object_names"}
+    arrays = {f.name: getattr(truth.hits, f.name) for f in fields(Hits) if f.name not in ("object_names", "glossy")}
     arrays |= {name: getattr(truth, name) for name in ("second_radiance", "frame", "frame_glossy")}
     names = np.frombuffer(json.dumps(truth.hits.object_names).encode(), np.uint8)
     content = io.BytesIO()

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from reflect_addon.core import methods, metrics, shading
+from reflect_addon.core import settings as words
 from reflect_addon.core.asset import Asset, asset_of
 from reflect_addon.core.kernel import Hit, evaluate, record_function
 from reflect_addon.core.lamp_hits import with_lamps
@@ -102,8 +103,9 @@ class Shot:
     def assets(self, method: str, **settings) -> dict[str, Asset]:
         """Reflector -> asset of the method, baked with these settings over its defaults, none finer than `texels`."""
         asked = {**methods.get(method).DEFAULTS, **settings}
-        asked |= {name: min(asked[name], self.texels) for name in methods.SIDES if name in asked}
-        asked = {name: value for name, value in asked.items() if name in settings or name in methods.SIDES}
+        sides = {name for name in asked if words.of(methods.get(method), name).power_of_two}
+        asked |= {name: min(asked[name], self.texels) for name in sides}
+        asked = {name: value for name, value in asked.items() if name in settings or name in sides}
         place = self.folder / "-".join(f"{name}={value}" for name, value in sorted(asked.items()))
         bake_assets(self.snapshot, (method,), place, settings=asked, tracer=self._trace)
         return load_assets(self.snapshot, method, place)
