@@ -151,7 +151,8 @@ def job(scene: SceneSnapshot, settings: dict, required=None, paint=None, made=No
 
 
 def depth_map(mesh: trimesh.Trimesh, w: int, half_angle=np.radians(15)):
-    """(q (w, w) float32, z of q): the mesh seen along -Z by a pinhole camera whose image it just fills, hither and yon at it."""
+    """(q (w, w) float32, z of q): the mesh seen along -Z by a pinhole camera whose image it just fills, hither and yon
+    at it."""
     center = mesh.bounds.mean(0)
     radius = np.linalg.norm(mesh.vertices - center, axis=1).max()
     eye = center + [0, 0, radius / np.sin(half_angle)]

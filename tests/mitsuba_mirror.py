@@ -1,8 +1,8 @@
 """A mirror under an equirectangular world, rendered by Mitsuba 3: camera, mirror and look-up are none of ours.
 
 Axes. Both worlds have Z up here. Blender's picture shows, from its left edge to its right, the directions
--Y, -X ... in clockwise order seen from above: column u lies at the azimuth -(2 pi u - pi), measured from +X, and row v (from the
-top) at the zenith angle pi v, with texel centres at (i + 0.5) / size in both.
+-Y, -X ... in clockwise order seen from above: column u lies at the azimuth -(2 pi u - pi), measured from +X, and row v
+(from the top) at the zenith angle pi v, with texel centres at (i + 0.5) / size in both.
 Mitsuba's own `envmap` puts the first and the last row ON the poles (zenith angle pi i / (H - 1)), half a texel off. So
 the sky is a sphere of FAR_SKY metres that glows with a `bitmap` texture, whose texels are centred like Blender's:
 mirrored left to right (it is seen from inside) and turned by 180 degrees about Z the two agree to 1e-5.

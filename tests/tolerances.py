@@ -116,20 +116,21 @@ ROUGH_WIDTH, ROUGH_LIGHT = 0.08, 0.05
 STABILITY_OTHER = 0.03
 # ... and how far, in float32 steps of the largest coordinate, the others' places differ: some ten operations' roundings.
 STABILITY_ULPS = 20
-# core/lobe.py against a sum over 90,000 directions, share of the brightest of 40 lamps seen from up to 74 degrees, by the lamp's
-# half side at a distance of 2: Fresnel, shadowing and measure are taken at one point of the lamp, and the slopes of a straight
-# edge are not straight.
+# core/lobe.py against a sum over 90,000 directions, share of the brightest of 40 lamps seen from up to 74 degrees, by
+# the lamp's half side at a distance of 2: Fresnel, shadowing and measure are taken at one point of the lamp, and the
+# slopes of a straight edge are not straight.
 LOBE_MEDIAN = {0.01: 0.001, 0.1: 0.003, 0.3: 0.01, 1.0: 0.03}
 LOBE_WORST = {0.01: 0.005, 0.1: 0.03, 0.3: 0.06, 1.0: 0.25}
 # Half width of a highlight: Fresnel's, shadowing's and the measure's cosines change by 2 % over the widest (6 degrees).
 HIGHLIGHT_WIDTH = 0.03
-# core/view_dependent.py, a plane seen in a mirror: a ray's highlight against the sum over the lamp, of the brightest ray; half floats.
+# core/view_dependent.py, a plane seen in a mirror: a ray's highlight against the sum over the lamp, of the brightest
+# ray; half floats.
 HIGHLIGHT = 0.02
 # Issue 3, shading at the hit against Cycles: RMSE of rays that meet the glossy ball, as a share of the captured picture's.
 GLOSSY_RMSE = 0.3
 CONTACT_RMSE = 0.2  # of `environment`'s: the issue's fifth
-# Of the sample itself the fifth is not held from every view: 0.17 at 160 x 120, 0.33 at the test's size, 0.29 to 0.40 from three
-# others. Each ray that meets a lamp by way of two parts of the mirror, or wrongly does not, adds 0.16 to 0.26 alone.
+# Of the sample itself the fifth is not held from every view: 0.17 at 160 x 120, 0.33 at the test's size, 0.29 to 0.40
+# from three others. Each ray that meets a lamp by way of two parts of the mirror, or wrongly does not, adds 0.16 to 0.26 alone.
 CONTACT_SELF_RMSE = 0.4
 # Two mirror balls grown together, maps of 128 texels: share of hits one to eight texels away that are found within a quarter
 # of a texel (0.943 measured; 0.870 by the rows alone).

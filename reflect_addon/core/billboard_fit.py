@@ -52,7 +52,8 @@ class Quad:
         return not self.shared
 
     def size(self, texels: int) -> tuple[int, int]:
-        """(height, width): powers of two from 4, the longer side `texels` or the power below, texels as square as that allows."""
+        """(height, width): powers of two from 4, the longer side `texels` or the power below, texels as square as that
+        allows."""
         longest, most = max(self.half_u, self.half_v), np.floor(np.log2(max(texels, 4)))
 
         def side(half: float) -> int:

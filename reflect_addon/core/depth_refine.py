@@ -11,8 +11,8 @@ one surface, else the nearest counts. Eight points a row are then nearer to the 
 
 import numpy as np
 
-# Texels from the poly-line's hit in which the map's is looked for. Few walks are long: 8 read 0.03 texels a ray less, and left the 95 % hit
-# error of Suzanne at 0.0034 of the diagonal, where 16 make it 0.0013 and a march over every texel 0.0014.
+# Texels from the poly-line's hit in which the map's is looked for. Few walks are long: 8 read 0.03 texels a ray less,
+# and left the 95 % hit error of Suzanne at 0.0034 of the diagonal, where 16 make it 0.0013 and a march over every texel 0.0014.
 REACH = 16
 # Texels of depth between two neighbours, over `steep`, up to which they are one surface: they may lie diagonally.
 DIAGONAL = 1.5
@@ -21,7 +21,8 @@ NOTHING = -1.0
 
 
 def corners_of(depth: np.ndarray, kind=np.float16) -> np.ndarray:
-    """(w + 1, w + 1, 4), float16 unless told otherwise, of a depth map (w, w), NaN where nothing is: texel (x, y) is the corner left below (x, y)."""
+    """(w + 1, w + 1, 4), float16 unless told otherwise, of a depth map (w, w), NaN where nothing is: texel (x, y) is
+    the corner left below (x, y)."""
     q = np.pad(np.nan_to_num(depth, nan=NOTHING), 1, constant_values=NOTHING)
     return np.stack([q[:-1, :-1], q[:-1, 1:], q[1:, :-1], q[1:, 1:]], -1).astype(kind)
 

@@ -4,7 +4,8 @@ Problem. A capture shows a highlight where the capture's camera saw it, and it s
 Idea. The light of such a surface is taken apart: what its lobe reflects (Cycles' glossy passes say how much) is left out of the
 texel and computed again at the hit (lobe.py, second_order.py). As for mirrors, one material stands for all glossy ones of
 an object, the one of the largest area; roughness, metalness and tints are its constants.
-Limits. Textured roughness is its mean (scene/materials.py). Above ROUGHEST a lobe is so wide that the captured picture shows it as well.
+Limits. Textured roughness is its mean (scene/materials.py). Above ROUGHEST a lobe is so wide that the captured picture
+shows it as well.
 """
 
 import numpy as np

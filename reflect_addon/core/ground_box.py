@@ -100,7 +100,8 @@ def to_box(k, asset, v):
 def shown(k, asset, ray, met, along, travelled, share):
     """Kernel: (radiance, position, status) at the point `met` of the box, at the share h / H of a wall (0: the ground).
 
-    met, along: vec3, where the ray leaves the box, from its centre, and its direction, in the box's axes; travelled: float, m."""
+    met, along: vec3, where the ray leaves the box, from its centre, and its direction, in the box's axes; travelled:
+    float, m."""
     u = asset.uniforms
     k.cite("popescu-2006 3.2: r_m, a linear blend of r_1^d (above H) and r_a (on the ground)")
     way = k.name("way", k.max(travelled, u["ground_near"] * share))

@@ -1,7 +1,8 @@
 """Kernel of shading at the hit: a glossy stand-in's own light and its highlights, seen by the reflected ray.
 
-view_dependent.py says what it is for, and makes the images: `own_tx` and `seen_tx`, blocks in the places of `normal_tx`, and the
-table of lamps. In a scene with glossy stand-ins mirrors have their own light in `own_tx` too, so that one look-up serves both.
+view_dependent.py says what it is for, and makes the images: `own_tx` and `seen_tx`, blocks in the places of
+`normal_tx`, and the table of lamps. In a scene with glossy stand-ins mirrors have their own light in `own_tx` too, so
+that one look-up serves both.
 """
 
 from . import billboard_kernel

@@ -8,10 +8,11 @@ the cosine seen from a point over a plane: of the slopes s = h / (n.h) - n, thos
 which is Lambert's form factor of that region, put one unit above a point and stretched by 1 / alpha. So a lamp's corners
 become slopes, the slopes a quadrilateral over the plane, and Lambert's sum over its edges is the integral in closed form
 [Lambert 1760; Heitz, Dupuy, Hill, Neubelt 2016 do this with fitted transforms of directions. In slopes GGX needs no fit].
-The rest of the reflection (Fresnel, shadowing and the measure) varies slowly: it is taken at one point, between the lamp's middle
-and where it is nearest to the mirror direction [the representative point of Karis 2013, moved by what was measured].
-Limits. A lamp's edges are straight, its slopes' not quite: exact for small lamps; one as wide as it is far away is within 4 % in
-the median. At eyes beyond 75 degrees a large lamp that goes on below the surface may lose most of its light. Bounces between facets are left out, as in shading.py.
+The rest of the reflection (Fresnel, shadowing and the measure) varies slowly: it is taken at one point, between the
+lamp's middle and where it is nearest to the mirror direction [the representative point of Karis 2013, moved by what was
+measured]. Limits. A lamp's edges are straight, its slopes' not quite: exact for small lamps; one as wide as it is far
+away is within 4 % in the median. At eyes beyond 75 degrees a large lamp that goes on below the surface may lose most of
+its light. Bounces between facets are left out, as in shading.py.
 """
 
 import math
@@ -87,7 +88,8 @@ def nearest_to_mirror(k, toward, normal, lamp):
 
 
 def _edge(k, a, b):
-    """vec3: a x b / |a x b| times the angle between unit vectors, over 2 pi; Heitz's fit of angle / sine [Heitz et al. 2016]."""
+    """vec3: a x b / |a x b| times the angle between unit vectors, over 2 pi; Heitz's fit of angle / sine [Heitz et al.
+    2016]."""
     x = k.dot(a, b)
     y = k.abs(x)
     fit = (0.8543985 + (0.4965155 + 0.0145206 * y) * y) / (3.4175940 + (4.1616724 + y) * y)

@@ -94,8 +94,8 @@ def _caps_sky(asset) -> bool:
 
 def _beyond_the_mirrors(k, asset, ray, start, first, in_mirror, nearest):
     """(the stand-ins' own light, share of what comes last, place of the first mirror's surface, row that the last ray came
-    off, the ray to look along, its start, what that meets). For a ray that meets no mirror: nothing, all, -1, the ray itself and
-    what it meets. The row is None where nobody asks.
+    off, the ray to look along, its start, what that meets). For a ray that meets no mirror: nothing, all, -1, the ray
+    itself and what it meets. The row is None where nobody asks.
 
     The second order is written out: loops of one step are not free where loops are unrolled.
     """

@@ -6,8 +6,8 @@ from just above it looking straight down, kept per vertex of a mesh that is subd
 (surface_refine.py), and then the GPU draws that mesh from any camera (gpu/capture.py): a billboard, a depth map, a cube
 face, a mirrored view.
 Of a mirror its own light is kept, without what it mirrors (billboard_mirrors.py), since that is added when it is shown.
-Limits. Shininess is seen as from straight above, and mirrors are not subdivided. Radiance stays what it was when the object moves: its own shadow does
-not follow. A mesh that changes its triangles (other topology) cannot be followed.
+Limits. Shininess is seen as from straight above, and mirrors are not subdivided. Radiance stays what it was when the
+object moves: its own shadow does not follow. A mesh that changes its triangles (other topology) cannot be followed.
 """
 
 from collections.abc import Callable

@@ -160,8 +160,8 @@ def _bulbs(job: BakeJob) -> list[Lamp]:
 
 
 def _mean(texels: Texels, is_lamp: bool) -> tuple[np.ndarray, float]:
-    """(mean radiance (3,) of the solid texels, share of the texels that is solid). Of a lamp those below half of the brightest do
-    not count: a ball's rim is dark (billboard_capture.LAMP_LIFT)."""
+    """(mean radiance (3,) of the solid texels, share of the texels that is solid). Of a lamp those below half of the
+    brightest do not count: a ball's rim is dark (billboard_capture.LAMP_LIFT)."""
     solid = texels.radiance[texels.radiance[..., 3] > SOLID].astype(np.float64)
     if not len(solid):
         return np.zeros(3), 0.0

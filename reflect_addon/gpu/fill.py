@@ -26,8 +26,8 @@ _LOBE_RAY = {"origin": "origin.xyz", "direction": "ray_direction", "width": "wid
 RAYS = ("origin_tx", "direction_tx", "normal_tx")
 # Half floats end here; a brighter sun stays a sun instead of becoming infinite.
 _STORE_RADIANCE = "  radiance_out = vec4(clamp(hit_radiance, -65504.0, 65504.0), hit_coverage);\n"
-# What may be stored beside it (targets.ReflectionTarget): (the kernel's outputs, the shader's, GLSL of one ray, GLSL of each ray
-# of a lobe and of their mean: of distances the harmonic one, since the sky is infinitely far).
+# What may be stored beside it (targets.ReflectionTarget): (the kernel's outputs, the shader's, GLSL of one ray, GLSL of
+# each ray of a lobe and of their mean: of distances the harmonic one, since the sky is infinitely far).
 _BESIDE = {
     None: ((), (), "", ("", "")),
     "position": (

@@ -72,8 +72,8 @@ class MapTexels:
 
 
 class MapTables:
-    """The depths and the simplified rows of one asset's maps, in the textures that its kernel reads. depths_tx, mirror_depths_tx:
-    of what is only lit and of mirrors; None where there is none."""
+    """The depths and the simplified rows of one asset's maps, in the textures that its kernel reads. depths_tx,
+    mirror_depths_tx: of what is only lit and of mirrors; None where there is none."""
 
     def __init__(self, rows_tx, depths_tx, mirror_depths_tx, turns: int, points: int, counts: Counts):
         self._rows_tx, self._turns, self._points = rows_tx, turns, points

@@ -6,7 +6,8 @@ walks, splits and writes one row. A work group per row would look at every sampl
 wait for itself several times a step; a single invocation looks at the split segment only, which keeps m = 64 cheap. A map
 has n w = 15,360 rows, enough to fill a graphics card, and neighbours in a group read neighbouring rows of one turn.
 Equality. All choices are whole numbers on both sides, and depths are carried, not computed.
-Limits. Greedy poly-lines only. A row's segments (8 m bytes) are private to its invocation; its samples are read again each time.
+Limits. Greedy poly-lines only. A row's segments (8 m bytes) are private to its invocation; its samples are read again
+each time.
 """
 
 import numpy as np

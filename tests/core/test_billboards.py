@@ -108,7 +108,8 @@ def test_the_nearest_quad_is_embrees(rng, scale, away):
     assert 0.2 < np.mean(index >= 0) < 0.99
     differ = got != index
     assert differ.mean() <= tolerances.RAYS_ON_EDGES
-    # What one of the two met is at its edge, or as far away as what the other met, or as what it passed, or the ray starts on it.
+    # What one of the two met is at its edge, or as far away as what the other met, or as what it passed, or the ray
+    # starts on it.
     at_edge = np.minimum(np.abs(margin(quads, rays, got)), np.abs(margin(quads, rays, index))) < tolerances.QUAD_EDGE
     t_got = np.linalg.norm(found.position - rays.origin, axis=1)
     tied = np.minimum(np.abs(t_got - distance), np.abs(t_got - passed)) < 1e-4 * scale * (1 + away)

@@ -36,7 +36,8 @@ def scene_of_two_mirrors():
 
 
 def paint_of(scene, undone=lambda name, points: points):
-    """Paint that is on the objects and goes where they go; undone: from the points (N, 3) of a deformed mesh to where they were."""
+    """Paint that is on the objects and goes where they go; undone: from the points (N, 3) of a deformed mesh to where
+    they were."""
     inverse = [np.linalg.inv(i.world_from_object) for i in scene.instances]
 
     def paint(position, owner):

@@ -1,5 +1,5 @@
-"""Issue 3, point 7: a glossy ball beside a mirror ball, against Cycles. With shading at the hit its highlight is where the reflected
-ray sees it."""
+"""Issue 3, point 7: a glossy ball beside a mirror ball, against Cycles. With shading at the hit its highlight is where
+the reflected ray sees it."""
 
 import bpy
 import numpy as np

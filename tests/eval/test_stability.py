@@ -1,4 +1,5 @@
-"""evaluation/stability.py: no method gives what is not finite or takes a place where nothing is for a hit; and a wrong hit shows."""
+"""evaluation/stability.py: no method gives what is not finite or takes a place where nothing is for a hit; and a wrong
+hit shows."""
 
 from dataclasses import replace
 
