@@ -32,7 +32,8 @@ def _property(words: settings.Setting, default):
         return bpy.props.BoolProperty(default=default, **common)
     if words.power_of_two:
         # Numbered by their value, so that a longer menu changes no saved file.
-        sides = [1 << k for k in range(words.low.bit_length() - 1, words.high.bit_length())]
+        low, high = min(int(words.low), default), max(int(words.high), default)
+        sides = [1 << k for k in range(low.bit_length() - 1, high.bit_length())]
         items = [(str(n), str(n), f"{n} texels", n) for n in sides]
         return bpy.props.EnumProperty(items=items, default=str(default), **common)
     if isinstance(default, int):

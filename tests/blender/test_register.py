@@ -190,7 +190,7 @@ def test_a_method_that_says_nothing_about_its_settings_has_fields(registered):
 
     from reflect_addon.ui.method_settings import group_of, values_of
 
-    toy = SimpleNamespace(NAME="toy", LABEL="Toy", DEFAULTS={"gain": 0.7, "deep_steps": 3, "fine": True, "texels": 64})
+    toy = SimpleNamespace(NAME="toy", LABEL="Toy", DEFAULTS={"gain": 0.7, "deep_steps": 3, "fine": True, "texels": 4})
     group = group_of(toy)
     bpy.utils.register_class(group)
     bpy.types.Scene.reflect_toy = bpy.props.PointerProperty(type=group, name="Toy", description="For this test only")
