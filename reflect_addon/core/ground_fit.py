@@ -15,7 +15,6 @@ import numpy as np
 
 from .billboard_fit import FINEST, FLAT, Quad
 from .ground_box import Ground
-from .clear_center import clear_center
 from .job import BakeJob
 from .rays import Rays
 from .snapshot import Instance, corners_of
@@ -39,9 +38,9 @@ DIRECTIONS, GROWTH = 64, 1.14
 EDGE_STEPS = 4
 
 
-def find(job: BakeJob, quads: list[Quad], hidden: tuple[str, ...]) -> Ground | None:
-    """The ground under a bake's reflector, or None. quads, hidden: what the bake has as stand-ins (billboards.quads_for)."""
-    center = clear_center(job, hidden)
+def find(job: BakeJob, quads: list[Quad], hidden: tuple[str, ...], center: np.ndarray) -> Ground | None:
+    """The ground under a bake's reflector, or None. quads, hidden: what the bake has as stand-ins (billboards.quads_for);
+    center: (3,), where the map is captured from."""
     corners = corners_of(job.scene.bounds([job.reflector])) - center
     radius = float(np.linalg.norm(corners, axis=-1).max())
     if radius <= 0:

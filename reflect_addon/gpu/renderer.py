@@ -42,6 +42,8 @@ class Group:
     asset: Asset
     first: int  # index into SceneSnapshot.reflectors()
     last: int
+    # Whether some surface sends several rays over its lobe: where that shows, at the outlines of stand-ins.
+    is_rough: bool
 
 
 class Renderer:
@@ -133,14 +135,16 @@ class Renderer:
 
     def _group_reflectors(self) -> list[Group]:
         groups: list[Group] = []
+        rough = {s.reflector for s in self._raymap.sections if s.roughness_spread > lobe_rays.FINE}
         for index, instance in enumerate(self.snapshot.reflectors()):
             asset = asset_of(self.assets, instance)
             if asset is None:
                 continue
+            is_rough = index in rough and lobe_rays.has_outlines(asset)
             if groups and groups[-1].asset is asset and groups[-1].last == index - 1:
-                groups[-1] = Group(asset, groups[-1].first, index)
+                groups[-1] = Group(asset, groups[-1].first, index, groups[-1].is_rough or is_rough)
             else:
-                groups.append(Group(asset, index, index))
+                groups.append(Group(asset, index, index, is_rough))
         return groups
 
     def asset_shown(self, asset: Asset) -> Asset:
@@ -151,7 +155,7 @@ class Renderer:
         """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
         moves."""
         for group in self._groups:
-            self._fill(group.asset, self._beside(False), self._is_rough(group))
+            self._fill(group.asset, self._beside(False), group.is_rough)
         self._followers.prepare(self.surfaces)
         if overlay and self._raymap.sections:
             self._resolve.overlay_program()
@@ -231,7 +235,7 @@ class Renderer:
         for group in self._groups:
             bounds = self._raymap.screen_bounds(camera, range(group.first, group.last + 1))
             if bounds is not None:
-                rough = self._is_rough(group)
+                rough = group.is_rough
                 textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
                 fill, most = self._fill(group.asset, beside, rough), self.most_rays if rough else None
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
@@ -240,12 +244,6 @@ class Renderer:
     def _beside(self, positions: bool) -> str | None:
         """What the reflection buffer holds beside radiance: attenuation needs no more than a distance."""
         return "position" if positions else "distance" if self.attenuation is not None else None
-
-    def _is_rough(self, group: Group) -> bool:
-        """Whether some of its surfaces send several rays over their lobe: where that shows, at the outlines of stand-ins."""
-        return lobe_rays.has_outlines(group.asset) and any(
-            s.roughness_spread > lobe_rays.FINE for s in self._raymap.sections if group.first <= s.reflector <= group.last
-        )
 
     def _fill(self, asset: Asset, beside: str | None, rough: bool = False) -> Fill:
         key = (id(asset), beside, rough)

@@ -57,7 +57,7 @@ def tiles(count: int, size: float) -> dict:
 def found(scene, **settings):
     work = job(scene, {**SETTINGS, **settings})
     quads, hidden = billboards.quads_for(work)
-    return work, quads, hidden, ground_fit.find(work, quads, hidden)
+    return work, quads, hidden, ground_fit.find(work, quads, hidden, work.center())
 
 
 GROUNDS = {
@@ -162,7 +162,7 @@ def test_a_stone_in_the_map_ends_the_box():
     scene = snapshot(ball(), Ground=sheet(250), Stone=box((0.6, 0.6, 1.0), [4.0, 0, 0.5]))
     work = job(scene, SETTINGS)
     quads, hidden = billboards.quads_for(work)
-    ground = ground_fit.find(work, [q for q in quads if q.instance != "Stone"], tuple(h for h in hidden if h != "Stone"))
+    ground = ground_fit.find(work, [q for q in quads if q.instance != "Stone"], tuple(h for h in hidden if h != "Stone"), work.center())
     assert 2.5 < ground.high[0] < 3.7 and ground.low[0] < -3
 
 

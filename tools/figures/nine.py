@@ -2,11 +2,10 @@
 
 import math
 
-from reflect_addon.core.mirrors import second_order_pairs
 from sample_blends import build_teapots, scene_parts as parts
 
 from .studio import Figure, Studio
-from .teapots import meets_a_mirror
+from .teapots import mirrors_compared
 
 # Nine bakes: half of the texels that one mirror gets.
 BAKE = {"resolution": 128, "samples": 8, "texels": 64}
@@ -33,19 +32,12 @@ def build():
 
 
 def fig5(studio: Studio) -> Figure:
-    shot = studio.shot(build)
-    shown = [
-        (name, shot.answer(shot.assets(name, **bake)))
-        for name, bake in (("environment", BAKE), ("billboards", BAKE), ("depth_maps", DEPTH))
-    ]
-    rows, table = studio.compared(shot, shown)
-    close = studio.close_up(shot, meets_a_mirror(shot), rows, shown)
-    pairs = len(second_order_pairs(shot.snapshot))
+    rows, table, pairs = mirrors_compared(studio, studio.shot(build), BAKE, DEPTH)
     words = f"{pairs} second-order reflections."
     return Figure(
         "Fig 5: nine reflectors",
         f"{words} The paper: 72. The ground has no end near by: it is a box over the environment map (Fig 7), eight mirrors "
         "stand before it. What a sphere shows in a sphere in a sphere (order three) is left out by design.",
-        [("fig05.png", studio.sheet([*rows, close], words))],
+        [("fig05.png", studio.sheet(rows, words))],
         table,
     )

@@ -26,22 +26,27 @@ build = partial(sample, "teapots")
 
 
 def fig1(studio: Studio) -> Figure:
-    shot = studio.shot(build)
-    shown = [
-        (name, shot.answer(shot.assets(name, **bake)))
-        for name, bake in (("environment", BAKE), ("billboards", BAKE), ("depth_maps", DEPTH))
-    ]
-    rows, table = studio.compared(shot, shown)
-    close = studio.close_up(shot, meets_a_mirror(shot), rows, shown)
-    pairs = second_order_pairs(shot.snapshot)
-    words = f"{len(pairs)} second-order reflections, R (R - 1) for R = 4."
+    rows, table, pairs = mirrors_compared(studio, studio.shot(build), BAKE, DEPTH)
+    words = f"{pairs} second-order reflections, R (R - 1) for R = 4."
     return Figure(
         "Fig 1: four inter-reflecting teapots",
         f"{words} The paper: 12. A teapot in a teapot shows the ground, the world and (from order three on) no more teapots: "
         "the environment map has no teapots at all, billboards are flat, depth maps have the shape.",
-        [("fig01.png", studio.sheet([*rows, close], words))],
+        [("fig01.png", studio.sheet(rows, words))],
         table,
     )
+
+
+def mirrors_compared(studio: Studio, shot: Shot, bake: dict, depth: dict):
+    """(strips, a close-up of mirrors in mirrors below them; rows of numbers; how many mirrors see one). depth: settings of
+    depth_maps, bake: of the others."""
+    shown = [
+        (name, shot.answer(shot.assets(name, **settings)))
+        for name, settings in (("environment", bake), ("billboards", bake), ("depth_maps", depth))
+    ]
+    rows, table = studio.compared(shot, shown)
+    close = studio.close_up(shot, meets_a_mirror(shot), rows, shown)
+    return [*rows, close], table, len(second_order_pairs(shot.snapshot))
 
 
 def meets_a_mirror(shot: Shot) -> np.ndarray:

@@ -28,6 +28,7 @@ from ..billboard_atlas import pack, table_rows, write_mirror
 from ..billboard_capture import Texels, capture
 from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..billboard_mirrors import mirror_rows
+from ..clear_center import clear_center
 from ..flat_parts import contains
 from ..kernel import Hit
 from ..mirrors import mirror_of
@@ -90,12 +91,12 @@ def bake(job: BakeJob) -> Asset:
 def with_backdrop(job: BakeJob, kind: str) -> tuple[list[Quad], Asset]:
     """(quads of all that the reflector can see, the environment map without it, and the ground that it holds)."""
     quads, hidden = quads_for(job)
-    ground = ground_fit.find(job, quads, hidden)
+    center = clear_center(job, hidden)
+    ground = ground_fit.find(job, quads, hidden, center)
     seen_by = job
     if ground is not None:
         quads, hidden = ground_map.in_the_map(job, ground, quads, hidden)
         seen_by = ground_map.mended(job, ground)
-    center = None if ground is None else ground.center
     backdrop = environment.capture(seen_by, kind, (job.reflector.object_name, *hidden), center)
     if ground is None:
         return quads, replace(backdrop, options={"ground": False})
