@@ -10,16 +10,18 @@ from analytic import directions, unit
 from mesh_scenes import job, smooth_mirror, snapshot
 from test_lobe import summed
 
-from reflect_addon.core import glossy
+from reflect_addon.core import billboard_follow, glossy, surface_radiance
 from reflect_addon.core.kernel import emit_glsl, record, run_numpy
 from reflect_addon.core.methods import billboards, depth_maps
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.snapshot import Material
+from reflect_addon.core.surface_asset import meshes_of
 
 SATIN = Material("satin", metallic=1.0, roughness=0.3, base_color=(1.0, 1.0, 1.0))
 DULL = Material("dull", specular_weight=0.0)
 PLASTIC = Material("plastic", roughness=0.3)
 SETTINGS = {"resolution": 32, "samples": 1, "texels": 32, "sky_error": 0, "maps": 1, "points": 6, "self_reflections": False}
+SURFACES = {**surface_radiance.DEFAULTS, "surface_samples": 1, "surface_tolerance": 0.05}
 BRIGHT, SIDE, LAMP = 50.0, 0.2, np.array([2.0, 0.0, 2.5])
 
 
@@ -126,3 +128,25 @@ def test_a_mirrors_ray_still_sees_the_picture(rng):
     rays = Rays((0.501 * toward).astype("f"), toward.astype("f"))
     a, b = (run_numpy(record(billboards.trace, asset), asset, rays).radiance for asset in (on, off))
     np.testing.assert_allclose(a, b, rtol=4 * tolerances.HALF, atol=4 * tolerances.HALF)
+
+
+@pytest.mark.parametrize("method, kind", [(billboards, "glossy"), (depth_maps, "glossy_map")])
+def test_what_is_glossy_goes_along_and_is_named_stale(method, kind):
+    """No capture makes its light at the hit: it is placed anew and said to need a bake, also where its surface is known."""
+    thing = ball((1.6, 0.9, 0.0), 0.4)
+    thing.metadata["material"] = PLASTIC
+    scene = scene_of(Other=thing)
+    made = work(scene)
+    asset = method.bake(made)
+    assert {p.kind for p in asset.parts if p.instance == "Other"} == {kind}
+    assert {p.kind for p in asset.parts if p.instance == "Table"} == {"flat_glossy"}
+    surfaces = meshes_of(surface_radiance.bake(scene, made.trace, scene.instances, SURFACES))
+    step = np.eye(4)
+    step[:3, 3] = 0.1, 0.2, 0.0
+    instances = tuple(
+        replace(i, world_from_object=step @ i.world_from_object) if i.name == "Other" else i for i in scene.instances
+    )
+    found = billboard_follow.follow(billboard_follow.start(asset, scene), replace(scene, instances=instances), surfaces)
+    assert found.state.stale == {"Other"} and not any(shot.instance.name == "Other" for shot in found.shots)
+    rows = [p.row for p in asset.parts if p.instance == "Other"]
+    assert not np.allclose(found.table[rows], asset.images["billboard_buf"][rows])
