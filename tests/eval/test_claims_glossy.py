@@ -5,6 +5,8 @@ import bpy
 import numpy as np
 import pytest
 import tolerances
+import trimesh
+from blender_scenes import add_mesh
 from claims import measure
 from mathutils import Vector
 
@@ -12,9 +14,10 @@ from reflect_addon.core import metrics
 
 
 def _ball(name, at, color, roughness, metallic):
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.6, location=at)
-    obj = bpy.context.object
-    obj.name = name
+    # Blender's own sphere has its faces in another order each time, and what a bake samples goes by that order.
+    sphere = trimesh.creation.uv_sphere(0.6, (32, 64))
+    obj = add_mesh(name, sphere.vertices.tolist(), sphere.faces.tolist())
+    obj.location = at
     obj.data.polygons.foreach_set("use_smooth", np.ones(len(obj.data.polygons), bool))
     material = bpy.data.materials.new(name)
     shader = material.node_tree.nodes["Principled BSDF"]
@@ -53,7 +56,7 @@ def test_its_highlight_moves_with_the_eye(roughness, lamp, device, fresh_file, t
     stage(roughness, lamp)
     errors = []
     for on in (False, True):
-        settings = {"resolution": 64, "samples": 16, "texels": 128, "maps": 2, "view_dependent": on}
+        settings = {"resolution": 64, "samples": 16, "texels": 128, "view_dependent": on}
         found = measure(("depth_maps",), tmp_path / str(on), (96, 72), 32, settings)
         red = found.truth.object == found.truth.object_names.index("Red")
         assert red.sum() > 300
