@@ -29,7 +29,7 @@ RAY_MAP = ProgramInfo(
     name="reflect_raymap",
     fragment="raymap.frag.glsl",
     uniforms=(("MAT4", "rel_from_object"), ("VEC4", "surface")),
-    outputs=(("VEC4", "origin_out"), ("VEC4", "direction_out"), ("VEC4", "normal_out"), ("FLOAT", "material_out")),
+    outputs=(("VEC4", "origin_out"), ("VEC4", "direction_out"), ("VEC4", "normal_out"), ("VEC2", "material_out")),
     **_SURFACE,
 )
 

@@ -197,7 +197,7 @@ class Renderer:
             self._draw_rays(camera)
             answers = self._draw_answers(camera, False)
             return self._resolve.composite(
-                self.gpu, self._batch, self._rays, answers, self._materials, self._look, space, background
+                self.gpu, self._batch, self._rays, answers, self._materials, self._look, space, background, self._bounds(camera)
             )
 
     def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5):
@@ -241,6 +241,10 @@ class Renderer:
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
         return target
 
+    def _bounds(self, camera: Camera) -> tuple[int, int, int, int] | None:
+        """What all reflectors together may cover; see RayMapPass.screen_bounds."""
+        return self._raymap.screen_bounds(camera, range(len(self.snapshot.reflectors())))
+
     def _beside(self, positions: bool) -> str | None:
         """What the reflection buffer holds beside radiance: attenuation needs no more than a distance."""
         return "position" if positions else "distance" if self.attenuation is not None else None
@@ -263,7 +267,7 @@ class Renderer:
                 self._draw_rays(camera)
                 answers = self._draw_answers(camera, False)
                 self._resolve.draw_composite(
-                    gpu, self._batch, self._rays, answers, self._materials, self._look, "display", None, target
+                    gpu, self._batch, self._rays, answers, self._materials, self._look, "display", None, self._bounds(camera), target
                 )
 
         def finish():

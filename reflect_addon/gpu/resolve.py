@@ -88,15 +88,16 @@ class Resolve:
         self.counts = counts
         self._programs: dict[object, Program] = {}  # what was drawn before: recording and emitting take milliseconds
 
-    def composite(self, gpu, batch, rays: RayMapTarget, answer: ReflectionTarget, materials, look, space, background):
+    def composite(self, gpu, batch, rays: RayMapTarget, answer: ReflectionTarget, materials, look, space, background, bounds):
         """(H, W, 4) float32: reflections over `background` ((H, W, 3) scene-linear, or None: empty, alpha 0).
 
-        space: 'linear' | 'display'. Raises ValueError on a background of another size.
+        space: 'linear' | 'display'. bounds: (x, y, width, height) px that holds all reflectors, None: there are none.
+        Raises ValueError on a background of another size.
         """
-        target = self.draw_composite(gpu, batch, rays, answer, materials, look, space, background)
+        target = self.draw_composite(gpu, batch, rays, answer, materials, look, space, background, bounds)
         return read_texture(target, self.counts)
 
-    def draw_composite(self, gpu, batch, rays, answer, materials, look, space, background, target=None):
+    def draw_composite(self, gpu, batch, rays, answer, materials, look, space, background, bounds, target=None):
         """As composite, without reading back: returns the RGBA32F texture it drew into."""
         if space not in SPACES:
             raise ValueError(f"a picture is 'linear' or 'display', not '{space}'")
@@ -108,6 +109,7 @@ class Resolve:
             backdrop = texture_from("background_buf", padded, self.counts)
         if target is None:
             target = gpu.types.GPUTexture((rays.width, rays.height), format="RGBA32F")
+        target.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
         framebuffer = gpu.types.GPUFrameBuffer(color_slots=[target])
         shader = self._program((space, backdrop is not None), self._composite_info)
         with framebuffer.bind():
@@ -121,7 +123,12 @@ class Resolve:
                 shader.image("background_tx", backdrop)
             if space == "display":
                 look.bind(shader)
-            shader.draw(batch)
+            region = bounds if backdrop is None else (0, 0, rays.width, rays.height)
+            if region is not None:
+                gpu.state.scissor_set(*region)
+                gpu.state.scissor_test_set(True)
+                shader.draw(batch)
+                gpu.state.scissor_test_set(False)
         self.counts.passes += 1
         return target
 
@@ -138,7 +145,7 @@ class Resolve:
         look.bind(shader)
 
     def _bind(self, shader: Program, rays: RayMapTarget, answer: ReflectionTarget, materials: MaterialTable):
-        for name in ("origin_tx", "direction_tx", "normal_tx", "material_tx"):
+        for name in ("origin_tx", "material_tx"):
             shader.image(name, getattr(rays, name))
         shader.image("radiance_tx", answer.radiance_tx)
         shader.image("materials_tx", materials.texture)
@@ -166,7 +173,7 @@ class Resolve:
         """(generated includes, uniforms, samplers) that every resolve shader has."""
         source, reflectance_call = self._reflectance()
         sources, attenuation_call = [source], ""
-        samplers = [("FLOAT_2D", n) for n in ("origin_tx", "direction_tx", "normal_tx", "material_tx")]
+        samplers = [("FLOAT_2D", n) for n in ("origin_tx", "material_tx")]
         samplers += [("FLOAT_2D", "radiance_tx"), ("FLOAT_2D", "materials_tx")]
         uniforms = []
         if self.plan.attenuation:

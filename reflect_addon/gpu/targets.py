@@ -9,7 +9,8 @@ from .upload import check_size, read_texture
 
 
 class RayMapTarget:
-    """docs/decisions.md, "Buffers on the GPU", and material_tx (R32F): index into the snapshot's materials."""
+    """docs/decisions.md, "Buffers on the GPU", and material_tx (RG32F): index into the snapshot's materials, cosine
+    between normal and direction."""
 
     def __init__(self, width: int, height: int, counts: Counts):
         gpu = ensure()
@@ -19,13 +20,13 @@ class RayMapTarget:
         self.origin_tx, self.direction_tx, self.normal_tx = (
             gpu.types.GPUTexture(size, format="RGBA32F") for _ in range(3)
         )
-        self.material_tx = gpu.types.GPUTexture(size, format="R32F")
+        self.material_tx = gpu.types.GPUTexture(size, format="RG32F")
         self.depth_tx = gpu.types.GPUTexture(size, format="DEPTH_COMPONENT32F")
         self.textures = (self.origin_tx, self.direction_tx, self.normal_tx, self.material_tx)
         for texture in self.textures:
             texture.filter_mode(False)
         self.framebuffer = gpu.types.GPUFrameBuffer(depth_slot=self.depth_tx, color_slots=self.textures)
-        self.bytes = width * height * (3 * 16 + 4 + 4)
+        self.bytes = width * height * (3 * 16 + 8 + 4)
         counts.allocations += 1
 
     def clear(self):
@@ -33,7 +34,7 @@ class RayMapTarget:
         self.origin_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, -1.0))
         self.direction_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
         self.normal_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
-        self.material_tx.clear(format="FLOAT", value=(-1.0,))
+        self.material_tx.clear(format="FLOAT", value=(-1.0, 0.0))
         with self.framebuffer.bind():
             self.framebuffer.clear(depth=1.0)
 

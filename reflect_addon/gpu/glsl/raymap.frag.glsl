@@ -42,5 +42,6 @@ void main()
   origin_out = vec4(view.eye.xyz + v_rel_P, surface.x);
   direction_out = vec4(ws_R, sqrt(spread * spread + surface.z * surface.z));
   normal_out = vec4(ws_N, width);
-  material_out = surface.y;
+  // In the mirror direction the angle to the normal is the viewer's: all that resolve needs of both.
+  material_out = vec2(surface.y, dot(ws_N, ws_R));
 }

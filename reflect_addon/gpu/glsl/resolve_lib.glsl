@@ -15,9 +15,9 @@ Resolved resolve(ivec2 pixel)
     return resolved;
   }
   vec4 answer = texelFetch(radiance_tx, pixel, 0);
-  // In the mirror direction the angle to the normal is the viewer's.
-  float cosine = dot(texelFetch(normal_tx, pixel, 0).xyz, texelFetch(direction_tx, pixel, 0).xyz);
-  int row = int(texelFetch(material_tx, pixel, 0).r + 0.5);
+  vec2 seen = texelFetch(material_tx, pixel, 0).rg;
+  float cosine = seen.g;
+  int row = int(seen.r + 0.5);
   vec4 base = texelFetch(materials_tx, ivec2(0, row), 0);
   vec4 tint = texelFetch(materials_tx, ivec2(1, row), 0);
   float weight = texelFetch(materials_tx, ivec2(2, row), 0).x;
