@@ -10,7 +10,6 @@ import numpy as np
 from .depth_camera import DepthCamera, fit
 from .depth_fit import DepthView
 from .job import BakeJob
-from .mirrors import mirror_of
 from .rays import Rays
 from .reflected_samples import aimed, reflected
 from .snapshot import Instance
@@ -45,18 +44,13 @@ def views_for(job: BakeJob, volumes: tuple[str, ...]) -> list[DepthView]:
         _, more = aimed(job, rare)
         points |= {i.name: (more.position[met], more.normal[met]) for i in rare for met in [_met(job, i, more)]}
     for instance in wanted:
-        detail = _detail(job, instance)
-        views += [DepthView(instance.name, c, detail=detail) for c in chosen(job, instance, *points[instance.name])]
+        views += [DepthView(instance.name, c) for c in chosen(job, instance, *points[instance.name])]
     met = _met(job, job.reflector, hits)
     if job.settings["self_reflections"] and len(rays) and np.mean(met) > SELF:
         points = hits.position[met], hits.normal[met]
-        detail = _detail(job, job.reflector)
+        detail = int(job.settings["self_detail"])
         views += [DepthView(job.reflector.name, c, own=True, detail=detail) for c in chosen(job, job.reflector, *points)]
     return views
-
-
-def _detail(job: BakeJob, instance: Instance) -> int:
-    return int(job.settings["mirror_detail"]) if mirror_of(job.scene, instance) else 1
 
 
 def chosen(job: BakeJob, instance: Instance, points: np.ndarray, normals: np.ndarray) -> list[DepthCamera]:

@@ -16,7 +16,7 @@ class DepthView:
     instance: str
     camera: DepthCamera
     own: bool = False  # of the reflector itself: rays start on its surface
-    detail: int = 1  # times the texels that are asked for: a mirror's errors are magnified by what it mirrors
+    detail: int = 1  # times the texels that are asked for: what a reflector's rays meet of itself is near
     reach: float = float("inf")
     shared: bool = False
     has_relief: bool = False  # a ray meets the surface itself, not a plane before it

@@ -21,7 +21,7 @@ SETTINGS = {**depth_maps.DEFAULTS, "resolution": 32, "samples": 1, "texels": 64,
 # Two balls of this radius, their middles at -APART and APART on the x axis: a crease so narrow that rays meet it twice.
 RADIUS = 1.0
 APART = 0.9
-TEXEL = 2 * (RADIUS + APART) / (SETTINGS["texels"] * SETTINGS["mirror_detail"])
+TEXEL = 2 * (RADIUS + APART) / (SETTINGS["texels"] * SETTINGS["self_detail"])
 GOLD = replace(MIRROR, base_color=(0.9, 0.7, 0.4))
 
 
@@ -145,7 +145,7 @@ def test_only_mirrors_that_may_meet_mirrors_pay():
     assert "one_step" not in text
 
 
-@pytest.mark.parametrize("settings, words", [({"mirror_detail": 3}, "mirror_detail"), ({"order": 1}, "order")])
+@pytest.mark.parametrize("settings, words", [({"self_detail": 3}, "self_detail"), ({"order": 1}, "order")])
 def test_impossible_settings_are_refused(settings, words):
     with pytest.raises(ReflectError, match=words):
         depth_maps.bake(job(grown_together(), {**SETTINGS, **settings}))

@@ -93,8 +93,8 @@ def views_of(asset):
         eye = np.linalg.solve(np.stack([plane, u, v])[:, :3], -np.array([plane[3], u[3], v[3]])) + asset.uniforms["center"]
         size = np.linalg.norm(u[:3])
         camera = DepthCamera(eye, u[:3] / size, v[:3] / size, plane[:3], 1 / size, *limits[:2])
-        detail = MAPS["mirror_detail"] if part.kind == "mirror_map" else 1
-        views.append(DepthView(part.instance, camera, own=part.instance == asset.reflector, detail=detail))
+        own = part.instance == asset.reflector
+        views.append(DepthView(part.instance, camera, own=own, detail=MAPS["self_detail"] if own else 1))
     return views
 
 

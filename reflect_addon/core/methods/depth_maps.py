@@ -44,8 +44,8 @@ SETTINGS = {
     "self_reflections": Setting(
         "Self Reflections", "Depth maps of the reflector itself where its own reflected rays meet it (a handle, a spout)"
     ),
-    "mirror_detail": Setting("Mirror Detail", "How many times the texels of other maps those of mirrors have. What a mirror shows in "
-                             "another turns with its normals", high=8, soft_high=4, advanced=True),
+    "self_detail": Setting("Self Detail", "How many times the texels of other maps those of the reflector itself have. Its rays start "
+                           "on it, and what they meet there is near", high=8, soft_high=4, advanced=True),
     "order": Setting("Order", "Reflections in a row that are followed where mirrors see mirrors or themselves. 2: a mirror in a "
                      "mirror shows no third one", low=2, high=8, advanced=True),
     "turns": Setting("Turns", "Directions for which a depth map is simplified. More find edges better and need memory",
@@ -64,7 +64,7 @@ DEFAULTS = {
     "texels": 256,
     "maps": 4,  # most maps of one object
     "self_reflections": True,  # maps of the reflector itself, where its rays meet it
-    "mirror_detail": 2,  # maps of mirrors have so many times the texels a side: a curved mirror magnifies their errors
+    "self_detail": 2,  # maps of the reflector itself have so many times the texels a side: what its rays meet there is near
     "order": 3,  # of reflections, where a mirror's rays may meet mirrors
     "turns": 60,  # n of the paper: 3 degrees
     "points": 16,  # m of the paper
@@ -192,9 +192,9 @@ def _write_maps(job, rows, stand_ins: list, captured: list[Texels], placed: list
 
 def _check(settings: dict) -> None:
     n, m = int(settings["turns"]), int(settings["points"])
-    detail = int(settings["mirror_detail"])
+    detail = int(settings["self_detail"])
     if detail < 1 or detail & (detail - 1):
-        raise ReflectError(f"Maps of mirrors cannot have {detail} times the texels.", "Give mirror_detail 1, 2, 4 or 8.")
+        raise ReflectError(f"Maps of the reflector itself cannot have {detail} times the texels.", "Give self_detail 1, 2, 4 or 8.")
     if int(settings["order"]) < 2:
         raise ReflectError(f"Reflections of order {settings['order']} do not go on from mirrors.", "Give an order of 2 or more.")
     srdm.check(int(settings["texels"]) * detail, n, m)
