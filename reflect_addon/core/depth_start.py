@@ -23,8 +23,8 @@ from .depth_refine import map_at
 STEPS = 16
 # Texels from the ray's start to the first look.
 BEGIN = 0.5
-# Texels of depth, over `steep`, from the map within which the first look counts as on it. A map that does not see the start
-# is not marched: rows are good enough for what is far from it. 1 to 10 measure alike on `contact`.
+# Texels of depth, over `steep`, from the map within which the first look counts as on it. A map that has another surface there
+# is not marched: rows are good enough for what is far from the start. 4 lose no hit of two balls that 1e9 find.
 NEAR = 4.0
 # Texels of depth a texel, over `steep`, up to which two looks are one surface. With half as many a tenth of the near hits in
 # a narrow crease are lost, which all maps see at a slant.
@@ -55,7 +55,7 @@ def search(k, asset, i, place, steep, first, last):
 
     begin = k.name("begin", k.min(BEGIN * one, 1.0))
     above, q = look(begin)
-    on_map = (q >= 0.0) & (k.abs(above) <= NEAR * steep)
+    on_map = (q < 0.0) | (k.abs(above) <= NEAR * steep)
     steps = k.select(on_map, STEPS - 1.0, 0.0)
     found, s, above, _, before = k.loop(steps, (False, begin, above, q, above), march)
     k.cite("... and between its last two looks by the false position, twice")
