@@ -139,3 +139,19 @@ NEAR_FOUND = 0.93
 FALSE_STARTS = 0.006
 # Radiance in a smooth sky after two or three mirrors: median error (0.0003 and 0.0008 measured).
 THIRD_ORDER_MEDIAN = 0.003
+
+# Light fields. What texels hold that were not traced: any share of it shows.
+FAR_TOO_BRIGHT = 1e6
+# Off 1 in an atlas of ones (4e-6 measured: weights are float32); a texel that was not traced and read would add 1e6 of its weight.
+LIGHT_FIELD_ONE = 1e-3
+# A ray that a view holds, off its texel: float32's rounding of its place, 1e-5 of a texel, times what neighbours differ by.
+LIGHT_FIELD_TEXEL = 1e-3
+# A painted ball of four cells' size: error with depths over that with the focal plane at the sky (0.38 to 0.59 measured).
+LIGHT_FIELD_DEPTH_RMSE = 0.7
+# Its hits, over its radius: a texel's depth is that of its middle, and a texel is 5 degrees wide (0.012 to 0.016 measured); and how
+# much worse than from the best focal plane a picture may be.
+LIGHT_FIELD_DEPTH_HIT = 0.03
+# Errors of equal scenes 1e-3 to 1e4 m wide differ by float32's rounding alone.
+LIGHT_FIELD_SIZES = 1e-2
+# Depth of the focal plane found over a wall's (0.99 to 1.01 measured).
+FOCUS = 0.03
