@@ -153,5 +153,5 @@ LIGHT_FIELD_DEPTH_RMSE = 0.7
 LIGHT_FIELD_DEPTH_HIT = 0.03
 # Errors of equal scenes 1e-3 to 1e4 m wide differ by float32's rounding alone.
 LIGHT_FIELD_SIZES = 1e-2
-# Depth of the focal plane found over a wall's (0.99 to 1.01 measured).
+# Depth of a wall over that of the focal plane found: a candidate's step is 1/49 (equal, as the wall's own depth is a candidate).
 FOCUS = 0.03
