@@ -13,7 +13,7 @@ camera, or beside it: clipped. In the surface: hit where it enters.
 
 Where we depart. A bounding sphere comes before the six planes, so that a ray that passes the object costs one fetch. The
 walk starts at the ray's end of the row and ends at the first hit; with more than LINEAR points it starts by bisection. The
-hit on the poly-line is then moved onto the map itself (depth_refine.py; settings["refine"]).
+hit on the poly-line is then moved onto the map itself (depth_refine.py; settings["refine"]: also of what is only lit).
 """
 
 import math

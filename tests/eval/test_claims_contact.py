@@ -31,6 +31,20 @@ def test_contact(maps, device, tmp_path, record_property):
     assert found.rmse("depth_maps") < found.rmse("environment")
 
 
+@pytest.mark.parametrize("settings", [{}, {"order": 2, "refine": False}], ids=["defaults", "fast"])
+def test_contact_has_a_fifth_of_the_error_of_an_environment(settings, device, tmp_path, record_property):
+    """The issue's number, from the file's own camera: with the defaults, and with what is as fast as `layered_distance`."""
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
+    found = measure(("environment", "layered_distance", "depth_maps"), tmp_path, (160, 120), 32, {"samples": 8, **settings})
+    rmse = {method: found.rmse(method) for method in found.answers}
+    record_property("rmse", rmse)
+    errors = found.hit_errors("depth_maps")
+    assert rmse["depth_maps"] < tolerances.CONTACT_RMSE * rmse["environment"]
+    assert rmse["depth_maps"] < rmse["layered_distance"]
+    assert errors.hit_p95 <= tolerances.CONTACT_HIT_P95
+    assert errors.missed_hit + errors.false_hit <= tolerances.CONTACT_LOST
+
+
 def ring():
     """A mirror ring with a matt ball that touches it inside: its inner side sees itself all around."""
     scene = parts.start("ring")

@@ -56,8 +56,8 @@ SETTINGS = {
                     high=2, advanced=True),
     "optimal": Setting("Optimal", "The best simplified rows instead of good ones. Takes longer to bake", advanced=True),
     "half": Setting("Half Precision", "Half the memory for the simplified rows, with coarser points", advanced=True),
-    "refine": Setting("Refine", "Move each hit from the simplified row onto the depth map itself. Without it reflections are "
-                      "drawn faster and less exactly", advanced=True),
+    "refine": Setting("Refine", "Move each hit from the simplified row onto the depth map itself. Without it only those on mirrors and "
+                      "glossy things, drawn faster and a little less exactly", advanced=True),
 }  # fmt: skip
 DEFAULTS = {
     **billboards.DEFAULTS,
@@ -71,7 +71,7 @@ DEFAULTS = {
     "rows": 1,  # 2: the two best rows say where the projection's own row is looked up
     "optimal": False,  # optimal poly-lines instead of greedy ones
     "half": False,  # points as half floats
-    "refine": True,  # from the poly-line to the map itself
+    "refine": True,  # hits on what is only lit too, from the poly-line to the map itself
 }
 
 
@@ -217,14 +217,16 @@ def nearest(k, asset, ray, start, first: int, last: int, search=None, before=bil
     """second_order's: the nearest of the rows `first` to before `last`, quads and maps. search: depth_kernel.nearest's."""
     options = asset.options
     glossy, lamps, mirrors = (options[name] for name in ("glossy", "lamps", "mirrors"))
-    of_mirrors, how = asset, search
+    # Where a ray goes on from, or is shaded by its normal, a poly-line's error is magnified.
+    of_glossy = of_mirrors = replace(asset, options={**options, "refine": True})
+    how = search
     if options["mirror_maps"]:
-        of_mirrors = replace(asset, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
+        of_mirrors = replace(of_glossy, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
         how = search or (depth_start.search if options["starts"] else None)
     groups = (
         (options["count"] - glossy - lamps, options["maps"], asset, search),
         (lamps, options["lamp_maps"], asset, search),
-        (glossy, options["glossy_maps"], asset, search),
+        (glossy, options["glossy_maps"], of_glossy, search),
         (mirrors, options["mirror_maps"], of_mirrors, how),
     )
     found, high = before, 0
