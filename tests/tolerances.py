@@ -155,3 +155,7 @@ LIGHT_FIELD_DEPTH_HIT = 0.03
 LIGHT_FIELD_SIZES = 1e-2
 # Depth of a wall over that of the focal plane found: a candidate's step is 1/49 (equal, as the wall's own depth is a candidate).
 FOCUS = 0.03
+# Slabs that a ray asks on average, directions spread evenly: the bands beside the seams hold a tenth of them.
+SLABS_PER_RAY = 1.15
+# How much an answer may change over a band beside a seam, where slabs differ by 1 and up to three of them meet.
+SEAM_SLOPE = 4.0

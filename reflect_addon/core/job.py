@@ -8,6 +8,7 @@ import numpy as np
 from .asset import Asset
 from .rays import Hits
 from .snapshot import Instance, SceneSnapshot
+from .unfinished import Unfinished
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,20 @@ class BakeJob:
     settings: dict[str, object]
     required: dict[str, Asset] = field(default_factory=dict)  # kind -> asset of the same reflector (REQUIRES)
     shared: dict = field(default_factory=dict)  # what all reflectors of one bake have in common (flat billboards)
+    together: tuple[Instance, ...] = ()  # with the setting `shared`: all reflectors of the bake, which one asset is for
+    # bounds(instance) -> (low, high), each (3,) float64 world, of its whole way over the scene's frames
+    bounds: Callable[[Instance], tuple[np.ndarray, np.ndarray]] | None = None
+    earlier: Asset | None = None  # what an earlier bake made with these settings, of another state of the scene
+    unfinished: Unfinished = field(default_factory=Unfinished)  # parts that outlast an interruption
+    stage: Callable[[float, float, str], None] = lambda low, high, text: None  # which share of the bake trace() does next
+
+    def reflectors(self) -> tuple[Instance, ...]:
+        """Those that the asset is for."""
+        return self.together or (self.reflector,)
+
+    def way(self, instance: Instance) -> tuple[np.ndarray, np.ndarray]:
+        """bounds(instance), or where nobody knows the frames, where it is now."""
+        return self.bounds(instance) if self.bounds else self.scene.bounds([instance])
 
     def center(self) -> np.ndarray:
         """(3,) float64: centre of the reflector's bounding box, where its maps are captured from."""

@@ -10,12 +10,13 @@ slabs of length 3 l for slopes up to 45 degrees, and no ray through it is missed
     and below are extended by l / tan(theta): the general extension of section 5.
 Where we depart. The camera plane of a slab is the far side of the cell (-X for the slab +X), not the near one: as long, but what
 is seen is farther from it by the cell's depth, so that neighbouring views differ less, and nothing outside the cell can lie on
-the plane itself, where no view would show it. A texel's ray starts where it leaves the cell, so that what stands beside the cell,
-before or behind a plane's extension, is seen from the cell and not from the plane. Texels whose line passes the cell are never
-looked up and are not traced.
+the plane itself, where no view would show it. A texel's ray starts inside the cell, where its line comes closest to the middle:
+for a ball that is exactly what lies before it, and what reaches into the cell (a floor that the ball sinks in) is seen. Texels
+whose line passes the cell are never looked up and are not traced.
 
-Atlas. Three slabs in a row and two rows, in spaces.py's order of faces; in a slab view (i, j) has its lower left texel at
-(i, j) times `texels`. Texel centres 0 and texels - 1 of a view are its extreme slopes: a look-up inside needs no neighbour.
+Atlas. Slabs three in a row, those that are left out without a place, in spaces.py's order of faces; in a slab view (i, j) has
+its lower left texel at (i, j) times `texels`. Texel centres 0 and texels - 1 of a view are its extreme slopes: a look-up inside
+needs no neighbour.
 """
 
 from dataclasses import dataclass
@@ -25,10 +26,13 @@ import numpy as np
 from .rays import Rays
 
 SLABS = 6
-ATLAS = (3, 2)  # slabs side by side, and above each other
+COLUMNS = 3  # slabs side by side in the atlas
 # Slopes that views hold beyond those of the slab, as a share of them: what is near is seen by neighbouring views past their
-# slab's limit. 1/16 is one view's step of 32 for what is as far from the plane as the slab is long.
+# slab's limit, and two slabs are blended where they meet. 1/16 is one view's step of 32 for what is as far from the plane
+# as the slab is long.
 MARGIN = 1 / 16
+# Least thickness of a cell over its width: a flat mirror has a box, too.
+THINNEST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,7 @@ class Cell:
     views: int  # views along a slab's side
     texels: int  # texels along a view's side
     weight: np.ndarray = None  # (3,) float64, > 0; None = 1
+    slabs: tuple[int, ...] = tuple(range(SLABS))  # faces that have a place in the atlas, in rising order
 
     def __post_init__(self):
         object.__setattr__(self, "weight", np.ones(3) if self.weight is None else np.asarray(self.weight, float))
@@ -47,6 +52,12 @@ class Cell:
             raise ValueError(f"a cell needs sides and weights above 0, not {self.half} and {self.weight}")
         if self.views < 2 or self.texels < 2:
             raise ValueError(f"a slab needs 2 views of 2 texels a side at least, not {self.views} of {self.texels}")
+
+    @staticmethod
+    def around(low: np.ndarray, high: np.ndarray, views: int, texels: int) -> "Cell":
+        """The cell of a box given by its corners, thickened where it is flat."""
+        half = (np.asarray(high, float) - low) / 2
+        return Cell((np.asarray(high, float) + low) / 2, np.maximum(half, THINNEST * max(half.max(), 1e-30)), views, texels)
 
     def steepest(self, axis: int) -> np.ndarray:
         """(2,) the slopes up to which slab `axis` is chosen, along the next axis and the one after it."""
@@ -60,72 +71,109 @@ class Cell:
         """(2,) m between neighbouring views."""
         return 2 * self.side(axis) / (self.views - 1)
 
+    def slab_side(self) -> int:
+        """Texels along a slab's side."""
+        return self.views * self.texels
+
     def shape(self) -> tuple[int, int]:
         """(height, width) of the atlas in texels."""
-        return ATLAS[1] * self.views * self.texels, ATLAS[0] * self.views * self.texels
+        n = max(len(self.slabs), 1)
+        return -(-n // COLUMNS) * self.slab_side(), min(n, COLUMNS) * self.slab_side()
+
+    def origin(self, face: int) -> tuple[int, int]:
+        """(x, y) of a slab's lowest left texel in the atlas."""
+        place = self.slabs.index(face)
+        return place % COLUMNS * self.slab_side(), place // COLUMNS * self.slab_side()
+
+    def size(self) -> float:
+        """m: the length that depths are stored in units of."""
+        return float(np.linalg.norm(self.half))
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         """(N,) bool: (N, 3) world points in the cell; a hair outside counts."""
-        return (np.abs(np.asarray(points, float) - self.center) <= self.half * (1 + 1e-6)).all(-1)
+        return (np.abs(np.asarray(points, float) - self.center) <= self.half + 1e-4 * self.size()).all(-1)
 
     def uniforms(self) -> dict[str, float | tuple[float, ...]]:
-        """What light_field_kernel.py reads: vec3 by axis, and of a slab's two directions one vec3 by axis each."""
-        out = {"center": self.center, "cell_half": self.half, "cell_weight": self.weight}
+        """What light_field_kernel.py reads: vec3 by axis; of a slab's two directions one vec3 by axis each; places of slabs in
+        the atlas for the directions + and -, -1 for those left out."""
+        out = {"cell_center": self.center, "cell_half": self.half, "cell_weight": self.weight}
         for n, name in enumerate("bc"):
             out[f"slab_side_{name}"] = [self.side(a)[n] for a in range(3)]
             out[f"slab_slope_{name}"] = [self.steepest(a)[n] * (1 + MARGIN) for a in range(3)]
-        return {name: tuple(map(float, value)) for name, value in out.items()}
+        for sign, name in enumerate(("slab_place", "slab_place_back")):
+            faces = [2 * a + sign for a in range(3)]
+            out[name] = [self.slabs.index(f) if f in self.slabs else -1 for f in faces]
+        return {name: tuple(map(float, value)) for name, value in out.items()} | {"depth_scale": 1 / self.size()}
+
+    def is_of(self, uniforms: dict) -> bool:
+        """Whether an asset with these uniforms has this very cell."""
+        own = self.uniforms()
+        return all(name in uniforms and np.allclose(uniforms[name], own[name], rtol=1e-6, atol=1e-9 * self.size()) for name in own)
+
+
+def cell_of(asset) -> Cell:
+    """The cell that an asset was baked with."""
+    u = asset.uniforms
+    places = [u[name][a] for a in range(3) for name in ("slab_place", "slab_place_back")]
+    return Cell(
+        *(np.array(u[name]) for name in ("cell_center", "cell_half")), int(asset.options["views"]), int(asset.options["texels"]),
+        np.array(u["cell_weight"]), tuple(f for f, p in enumerate(places) if p >= 0),
+    )  # fmt: skip
 
 
 def _others(axis: int) -> list[int]:
     return [(axis + 1) % 3, (axis + 2) % 3]
 
 
-def slab_origin(cell: Cell, face: int) -> tuple[int, int]:
-    """(x, y) of a slab's lowest left texel in the atlas."""
-    side = cell.views * cell.texels
-    return face % ATLAS[0] * side, face // ATLAS[0] * side
-
-
-def lines(cell: Cell, face: int) -> tuple[np.ndarray, np.ndarray]:
-    """((H, W, 3), (H, W, 3)) float64 of the texels of a slab, H = W = views * texels: the point of the camera plane, from the
-    cell's centre, and the direction, whose component along the slab's axis is 1 or -1."""
+def lines(cell: Cell, face: int, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray]:
+    """((H, W, 3), (H, W, 3)) float64 of some rows of texels of a slab: the point of the camera plane, from the cell's centre,
+    and the direction, whose component along the slab's axis is 1 or -1."""
     axis, sign = face // 2, 1 - 2 * (face % 2)
-    view, texel = np.divmod(np.arange(cell.views * cell.texels), cell.texels)
+    view, texel = np.divmod(np.arange(cell.slab_side()), cell.texels)
     at = view / (cell.views - 1) * 2 - 1
     slope = (texel / (cell.texels - 1) * 2 - 1) * (1 + MARGIN)
-    shape = (len(at), len(at))
+    shape = (len(at[rows]), len(at))
     point, direction = np.empty((*shape, 3)), np.empty((*shape, 3))
     point[..., axis], direction[..., axis] = -sign * cell.half[axis], sign
-    for n, (other, line) in enumerate(zip(_others(axis), (np.s_[None, :], np.s_[:, None]), strict=True)):
-        point[..., other] = at[line] * cell.side(axis)[n]
-        direction[..., other] = slope[line] * cell.steepest(axis)[n]
+    b, c = _others(axis)
+    point[..., b], point[..., c] = at * cell.side(axis)[0], at[rows, None] * cell.side(axis)[1]
+    direction[..., b], direction[..., c] = slope * cell.steepest(axis)[0], slope[rows, None] * cell.steepest(axis)[1]
     return point, direction
 
 
-def bundle(cell: Cell, face: int) -> tuple[Rays, np.ndarray]:
-    """(rays, (H, W) bool): the rays of those texels of a slab that a look-up from inside the cell may read, in row order, each
-    from where it leaves the cell."""
-    point, direction = lines(cell, face)
+def bundle(cell: Cell, face: int, rows: slice = slice(None), wanted=None) -> tuple[Rays, np.ndarray]:
+    """(rays, (H, W) bool): the rays of those texels in some rows of a slab that a look-up from inside the cell may read, in row
+    order. wanted(rows, points (H, W, 3), directions (H, W, 3)) -> (H, W) bool leaves out more of them."""
+    point, direction = lines(cell, face, rows)
     axis = face // 2
     # Look-ups read views beside the ray's own: lines that pass the cell by a view's step, and by a texel's slope.
     room = np.zeros(3)
     room[_others(axis)] = cell.step(axis) + 2 * cell.half[axis] * 2 * cell.steepest(axis) * (1 + MARGIN) / (cell.texels - 1)
-    enter, leave = _inside(point, direction, cell.half + room)
+    enter, leave = inside(point, direction, cell.half + room)
     used = enter <= leave
-    point, direction = point[used], direction[used]
-    # Of lines beside the cell itself, where they leave the larger box.
-    enter, own = _inside(point, direction, cell.half)
-    leave = np.where(enter <= own, own, leave[used])
-    origin = cell.center + point + direction * leave[:, None]
+    if wanted is not None:
+        used &= wanted(rows, point, direction)
+    point, direction, enter, leave = point[used], direction[used], enter[used], leave[used]
+    own_enter, own_leave = inside(point, direction, cell.half)
+    through = own_enter <= own_leave
+    start = np.clip(
+        closest(cell, point, direction), np.where(through, own_enter, enter), np.where(through, own_leave, leave)
+    )
+    origin = cell.center + point + direction * start[:, None]
     direction = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     return Rays(origin.astype(np.float32), direction.astype(np.float32)), used
 
 
-def _inside(point: np.ndarray, direction: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(enter, leave): the part of each line inside the box of half sides `half` around the origin; empty where enter > leave."""
+def closest(cell: Cell, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """(N,) where along each line it comes closest to the cell's middle, in units of the cell's sides."""
+    p, d = point / cell.half, direction / cell.half
+    return -np.einsum("...x,...x->...", p, d) / np.einsum("...x,...x->...", d, d)
+
+
+def inside(point: np.ndarray, direction: np.ndarray, half: np.ndarray, center=0.0) -> tuple[np.ndarray, np.ndarray]:
+    """(enter, leave): the part of each line inside the box of half sides `half` around `center`; empty where enter > leave."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        a, b = (-half - point) / direction, (half - point) / direction
+        a, b = (center - half - point) / direction, (center + half - point) / direction
     # A line along a side and between both sides has -inf and inf here, one outside them inf and inf: never a part.
     low, high = np.fmin(a, b), np.fmax(a, b)
     return low.max(-1), high.min(-1)

@@ -10,7 +10,8 @@ twice its steps, at the place where it is worst, and needs no ray that was not b
 
 import numpy as np
 
-from .light_field import MARGIN, Cell, slab_origin
+from .light_field import MARGIN, Cell
+from .light_field_slab import Slab
 
 # Texels that are predicted, of all views of a slab.
 PROBES = 20_000
@@ -21,25 +22,21 @@ PERCENT = 99.0
 BRIGHTEST = 16.0
 
 
-def focus(cell: Cell, face: int, atlas: np.ndarray, used: np.ndarray) -> float:
-    """1 / z in 1/m of the plane that serves slab `face` best, 0 = the sky.
-
-    atlas: (H, W, 4) float, rgb radiance and 1 / z; used: (side, side) bool, texels that were traced (light_field.bundle)."""
-    x, y = slab_origin(cell, face)
-    side = cell.views * cell.texels
-    slab = np.asarray(atlas[y : y + side, x : x + side], np.float32)
-    depths = slab[used][:, 3]
+def focus(cell: Cell, face: int, slab: Slab) -> float:
+    """1 / z in 1/m of the plane that serves slab `face` best, 0 = the sky."""
+    used, texels = slab.traced(), slab.texels
+    depths = texels[used][:, 3].astype(np.float64) / cell.size()
     seen = depths[depths > 0]
     if not len(seen) or cell.views < 3:
         return float(np.median(depths)) if len(depths) else 0.0
     probes = _probes(cell, used)
     if not len(probes):
         return float(np.median(depths))
-    limit = BRIGHTEST * max(float(np.median(slab[used][:, :3])), 1e-6)
-    truth = np.minimum(_read(cell, slab, probes[:, :2], probes[:, 2:].astype(float)), limit)
+    limit = BRIGHTEST * max(float(np.median(texels[used][:, :3])), 1e-6)
+    truth = np.minimum(_read(cell, texels, probes[:, :2], probes[:, 2:].astype(float)), limit)
     step = cell.step(face // 2) * (cell.texels - 1) / (2 * cell.steepest(face // 2) * (1 + MARGIN))
     candidates = np.linspace(0.0, np.percentile(seen, PERCENT), CANDIDATES)
-    errors = [np.square(np.minimum(_predicted(cell, slab, probes, q * step), limit) - truth).mean() for q in candidates]
+    errors = [np.square(np.minimum(_predicted(cell, texels, probes, q * step), limit) - truth).mean() for q in candidates]
     return float(_lowest(candidates, errors, int(np.argmin(errors))))
 
 
@@ -56,23 +53,23 @@ def _probes(cell: Cell, used: np.ndarray) -> np.ndarray:
     return np.stack([x[pick] + 1, y[pick] + 1, u[pick], v[pick]], -1)
 
 
-def _predicted(cell: Cell, slab: np.ndarray, probes: np.ndarray, move: np.ndarray) -> np.ndarray:
+def _predicted(cell: Cell, texels: np.ndarray, probes: np.ndarray, move: np.ndarray) -> np.ndarray:
     """(N, 3) mean of the four views around each probe's, looked up `move` (2,) texels a view away."""
     total = 0.0
     for dy in (-1, 1):
         for dx in (-1, 1):
             at = np.clip(probes[:, 2:] - move * [dx, dy], 0, cell.texels - 1)
-            total = total + _read(cell, slab, probes[:, :2] + [dx, dy], at)
+            total = total + _read(cell, texels, probes[:, :2] + [dx, dy], at)
     return total / 4
 
 
-def _read(cell: Cell, slab: np.ndarray, view: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _read(cell: Cell, texels: np.ndarray, view: np.ndarray, at: np.ndarray) -> np.ndarray:
     """(N, 3) bilinear radiance of a view at texel coordinates `at` (N, 2), centres at whole numbers."""
     low = np.minimum(at.astype(int), cell.texels - 2)
     fx, fy = (at - low).T[..., None]
     x, y = (view * cell.texels + low).T
-    lower = slab[y, x, :3] * (1 - fx) + slab[y, x + 1, :3] * fx
-    upper = slab[y + 1, x, :3] * (1 - fx) + slab[y + 1, x + 1, :3] * fx
+    lower = texels[y, x, :3] * (1 - fx) + texels[y, x + 1, :3] * fx
+    upper = texels[y + 1, x, :3] * (1 - fx) + texels[y + 1, x + 1, :3] * fx
     return lower * (1 - fy) + upper * fy
 
 

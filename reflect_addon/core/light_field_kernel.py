@@ -1,12 +1,18 @@
-"""Light-field slabs as kernel functions: the slab, the four views and the texels of a ray [yu-2005 sections 4 to 6].
+"""Light-field slabs as kernel functions: the slabs, the four views and the texels of a ray [yu-2005 sections 4 to 6].
 
 Every length along a slab's axes b and c, the two after its own. Depths are stored as q = 1 / z, z the distance in m from the
-camera plane along the slab's axis, over `depth_scale`; 0 is the sky.
+camera plane along the slab's axis, over `depth_scale`; 0 is the sky, below 0 what was not traced.
+
+Seams. A ray belongs to the slab of its largest component; where a second one comes within BAND of it, that slab is asked too
+and counts the more the nearer they are, so that nothing jumps from slab to slab. Rays elsewhere pay four look-ups, as the
+paper's do.
 """
 
 from . import spaces
-from .light_field import ATLAS
+from .light_field import COLUMNS, MARGIN
 
+# Share of the largest component from which on another slab is asked: its views end at slopes of 1 + MARGIN.
+BAND = MARGIN / (1 + MARGIN)
 # Fixed-point steps from a ray's guessed depth to each view's own.
 DEPTH_STEPS = 2
 # Difference of depth, over the depth itself, at which a view counts half of one that agrees.
@@ -14,50 +20,63 @@ AGREE = 0.02
 
 
 def answer(k, asset, ray):
-    """(radiance, position) of a ray from inside the cell.
+    """(radiance, position, coverage) of a ray from inside the cell; coverage 0 where its slab was left out.
 
-    asset.options: views, texels, depth (views have depths). asset.uniforms: Cell.uniforms, `focus` (1/m: 1 / z of the focal plane,
-    vec3 by axis for the slabs of + and `focus_back` for those of -), light_scale, depth_scale."""
-    slab = _slab(k, asset, ray)
-    if asset.options["depth"]:
-        radiance, q = _corrected(k, asset, slab)
-    else:
-        k.cite("yu-2005 6: four views, each looked up at eq. (6), blended bilinearly")
-        views = [_look(k, asset, slab, corner, slab.focus) for corner in slab.corners]
-        radiance, q = _blend(k, slab, [v.xyz for v in views]), slab.focus
-    along = k.select(q > 0.0, k.min(1.0 / k.max(q, 1e-30), spaces.FAR), spaces.FAR)
-    # From the camera plane to the ray's own start, in units of the ray's length.
-    distance = k.min(k.max((along - slab.depth) * slab.length, 0.0), spaces.FAR)
-    return radiance * asset.uniforms["light_scale"], ray.origin + ray.direction * distance
+    asset.options: views, texels, depth (views have depths), coded (radiance is hdr_code's). asset.uniforms: Cell.uniforms,
+    `focus` (1/m: 1 / z of the focal plane, vec3 by axis for the slabs of + and `focus_back` for those of -), light_scale."""
+    u = asset.uniforms
+    start = k.name("cell_start", ray.origin - u["cell_center"])
+    weighted = k.name("weighted", k.abs(ray.direction) * u["cell_weight"])
+    k.cite("yu-2005 5: the slab of the largest absolute component; here others near it, too")
+    largest = k.name("largest", k.max(weighted.x, weighted.y, weighted.z, 1e-30))
+
+    def of_axis(axis, radiance, distance, total):
+        share = k.clamp((_component(k, axis, weighted) / largest - (1.0 - BAND)) * (1.0 / BAND), 0.0, 1.0)
+        back = _component(k, axis, ray.direction) < 0.0
+        place = k.select(back, _component(k, axis, u["slab_place_back"]), _component(k, axis, u["slab_place"]))
+        asked = (share > 0.0) & (place > -0.5)
+
+        def look():
+            slab = _slab(k, asset, ray, start, axis, back, place)
+            seen, q = (_corrected if asset.options["depth"] else _focused)(k, asset, slab)
+            along = k.select(q > 0.0, k.min(1.0 / k.max(q, 1e-30), spaces.FAR), spaces.FAR)
+            # From the camera plane to the ray's own start, in units of the ray's length.
+            found = k.min(k.max((along - slab.depth) * slab.length, 0.0), spaces.FAR)
+            # The place is the one that the slab of the largest component sees.
+            return radiance + seen * share, k.select(share > 0.999, found, distance), total + share
+
+        return k.branch(asked, look, lambda: (radiance, distance, total)), None
+
+    radiance, distance, total = k.loop(3, (k.vec3(0.0), 0.0, 0.0), of_axis)
+    covered = total > 0.0
+    radiance = k.name("slab_radiance", radiance * (1.0 / k.max(total, 1e-6)))
+    return radiance, ray.origin + ray.direction * distance, k.select(covered, 1.0, 0.0)
 
 
 class _Slab:
-    """One ray in its slab: see _slab."""
+    """One ray in one slab: see _slab."""
 
     def __init__(self, **fields):
         self.__dict__.update(fields)
 
 
-def _slab(k, asset, ray):
+def _component(k, axis, v):
+    """A vec3's component of an axis 0, 1 or 2."""
+    return k.select(axis < 0.5, v.x, k.select(axis < 1.5, v.y, v.z))
+
+
+def _slab(k, asset, ray, start, axis, back, place):
     u = asset.uniforms
-    start = k.name("start", ray.origin - u["center"])
-    d, w = ray.direction, u["cell_weight"]
-    k.cite("yu-2005 5: the slab of the largest absolute component")
-    ax, ay, az = (k.abs(c) * by for c, by in ((d.x, w.x), (d.y, w.y), (d.z, w.z)))
-    is_x = k.name("is_x", (ax >= ay) & (ax >= az))
-    is_y = k.name("is_y", ay >= az)
 
     def of(v):
         """(own, b, c) components of a vec3 in the slab's axes."""
-        return tuple(
-            k.select(is_x, a, k.select(is_y, b, c)) for a, b, c in ((v.x, v.y, v.z), (v.y, v.z, v.x), (v.z, v.x, v.y))
-        )
+        x, y = axis < 0.5, axis < 1.5
+        return tuple(k.select(x, i, k.select(y, j, l)) for i, j, l in ((v.x, v.y, v.z), (v.y, v.z, v.x), (v.z, v.x, v.y)))
 
     def by_axis(v):
-        return k.select(is_x, v.x, k.select(is_y, v.y, v.z))
+        return _component(k, axis, v)
 
-    (da, db, dc), (pa, pb, pc), half = of(d), of(start), by_axis(u["cell_half"])
-    back = da < 0.0
+    (da, db, dc), (pa, pb, pc), half = of(ray.direction), of(start), by_axis(u["cell_half"])
     per = k.name("per_axis", 1.0 / k.max(k.abs(da), 1e-20))
     k.cite("yu-2005 eq. 4: where the ray's line meets the camera plane, here the far side of the cell")
     depth = k.name("depth", half + k.select(back, -pa, pa))
@@ -69,8 +88,7 @@ def _slab(k, asset, ray):
     t = k.name("t", k.clamp(((pc - slope_c * depth) / side_c + 1.0) * (0.5 * n), 0.0, n))
     s0, t0 = k.name("s0", k.min(k.floor(s), n - 1.0)), k.name("t0", k.min(k.floor(t), n - 1.0))
     reach_b, reach_c = by_axis(u["slab_slope_b"]), by_axis(u["slab_slope_c"])
-    face = k.select(is_x, 0.0, k.select(is_y, 2.0, 4.0)) + k.select(back, 1.0, 0.0)
-    row = k.floor((face + 0.5) * (1.0 / ATLAS[0]))
+    row = k.floor((place + 0.5) * (1.0 / COLUMNS))
     width = float(asset.options["views"] * asset.options["texels"])
     return _Slab(
         u=k.name("u", (slope_b / reach_b + 1.0) * (0.5 * m)),
@@ -80,7 +98,7 @@ def _slab(k, asset, ray):
         # Texels that what lies at 1 / z = 1 moves from one view to the next.
         move_b=k.name("move_b", side_b * (2.0 / n) / reach_b * (0.5 * m)),
         move_c=k.name("move_c", side_c * (2.0 / n) / reach_c * (0.5 * m)),
-        x=(face - row * ATLAS[0]) * width, y=row * width,
+        x=(place - row * COLUMNS) * width, y=row * width,
         focus=k.name("focus", k.select(back, by_axis(u["focus_back"]), by_axis(u["focus"]))),
     )  # fmt: skip
 
@@ -94,23 +112,37 @@ def _place(k, asset, slab, corner, q):
 
 
 def _look(k, asset, slab, corner, q):
+    """vec3: radiance."""
     at = _place(k, asset, slab, corner, q)
-    return k.name("view", k.sample(asset.images["light_field_tx"], at.x, at.y))
+    if asset.options["coded"]:
+        return hdr_code.decode(k, asset, k.sample(asset.images["light_field_bc1"], at.x, at.y).xyz)
+    return k.name("view", k.sample(asset.images["light_field_tx"], at.x, at.y)).xyz * asset.uniforms["light_scale"]
 
 
 def _depth_at(k, asset, slab, corner, q):
     """q that one texel of a view stores where the ray's point at 1 / z = q is seen."""
     at = _place(k, asset, slab, corner, q)
-    return k.fetch(asset.images["light_field_tx"], k.floor(at.x), k.floor(at.y)).w * asset.uniforms["depth_scale"]
+    x, y = k.floor(at.x), k.floor(at.y)
+    if asset.options["coded"]:
+        k.cite("four depths of one row in each texel")
+        column = k.floor(x * 0.25)
+        four, i = k.fetch(asset.images["light_depth_tx"], column, y), x - 4.0 * column
+        stored = k.select(i < 0.5, four.x, k.select(i < 1.5, four.y, k.select(i < 2.5, four.z, four.w)))
+    else:
+        stored = k.fetch(asset.images["light_field_tx"], x, y).w
+    return k.max(stored, 0.0) * asset.uniforms["depth_scale"]
 
 
-def _blend(k, slab, four):
+def _focused(k, asset, slab):
+    """(radiance, q): four views with one focal plane."""
+    k.cite("yu-2005 6: four views, each looked up at eq. (6), blended bilinearly")
+    four = [_look(k, asset, slab, corner, slab.focus) for corner in slab.corners]
     low, high = k.mix(four[0], four[1], slab.fs), k.mix(four[2], four[3], slab.fs)
-    return k.mix(low, high, slab.ft)
+    return k.mix(low, high, slab.ft), slab.focus
 
 
 def _corrected(k, asset, slab):
-    """(radiance / scale, q): each view is looked up where it sees what the ray meets by its own depths."""
+    """(radiance, q): each view is looked up where it sees what the ray meets by its own depths."""
     k.cite("per-view depth: z = z_i(u_i(z)) by a fixed point, from the focal plane")
     total, radiance, depth = 0.0, k.vec3(0.0), 0.0
     for n, corner in enumerate(slab.corners):
@@ -121,6 +153,6 @@ def _corrected(k, asset, slab):
         seen = _depth_at(k, asset, slab, corner, q)
         off = k.abs(seen - q) / k.max(k.max(seen, q), 1e-9)
         weight = k.name("weight", (share + 1e-4) / (1.0 + (off / AGREE) * (off / AGREE)))
-        total, radiance = total + weight, radiance + _look(k, asset, slab, corner, q).xyz * weight
+        total, radiance = total + weight, radiance + _look(k, asset, slab, corner, q) * weight
         depth = depth + seen * weight
     return radiance * (1.0 / total), depth / total

@@ -26,8 +26,8 @@ DIRECTION_INPUTS = {"mirrored": "vec3", "normal": "vec3", "alpha": "float", "tur
 
 
 def has_outlines(asset: Asset) -> bool:
-    """Whether the asset has stand-ins, whose edges no map's level softens."""
-    return bool(asset.options.get("count", 0) + asset.options.get("mirrors", 0))
+    """Whether the asset has stand-ins, whose edges no map's level softens, or views, which have no levels."""
+    return bool(asset.options.get("count", 0) + asset.options.get("mirrors", 0) + asset.options.get("views", 0))
 
 
 def turns() -> np.ndarray:

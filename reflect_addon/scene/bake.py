@@ -4,6 +4,7 @@ and tests."""
 import hashlib
 import json
 import os
+import shutil
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,13 +19,17 @@ from ..core.errors import ReflectError
 from ..core.kernel import record
 from ..core.job import BakeJob
 from ..core.progress import Progress, teller
+from ..core.remake import REFLECTOR
 from ..core.snapshot import Instance, SceneSnapshot
+from ..core.unfinished import PREFIX, Unfinished
 from .intersect import intersector
 from .raytrace import trace
+from .ways import ways
 
 
 # Kinds of stand-ins (core/remake.py) that are captured again when something moves or deforms. Flat things only move.
 CAPTURED = {"volume", "mirror", "flat_mirror", "map", "mirror_map"}
+FIRST_GUESS = 0.02  # share of a bake from which the time that is left is said
 
 
 @one_bake_at_a_time
@@ -50,33 +55,43 @@ def bake_assets(
     kinds = methods.with_required(tuple(wanted))
     tell = teller(progress, "The bake")
     shared: dict = {}
-    intersect = intersector(scene)
-    paths = []
+    intersect, bounds = intersector(scene), ways(scene)
+    made: dict[Path, Asset] = {}
     followed: set[str] = set()  # instances whose stand-ins are captured again when they move
     steps = len(chosen) * len(kinds) + 1
     for index, reflector in enumerate(chosen):
         done: dict[str, Asset] = {}
         for step, kind in enumerate(kinds):
-            path = Path(folder) / asset_name(kind, reflector.name)
             asked = settings_for(kind, settings)
-            inputs = inputs_hash(scene, kind, reflector, asked)
+            together = chosen if asked.get("shared") else ()
+            path = Path(folder) / asset_name(kind, "" if together else reflector.name)
+            inputs = inputs_hash(scene, kind, together or (reflector,), asked)
             start, share = (index * len(kinds) + step) / steps, 1 / steps
-            text = f"{methods.get(kind).LABEL} of {reflector.name}"
+            text = f"{methods.get(kind).LABEL} of {'all' if together else reflector.name}"
             tell(start, text)
-            asset = None if again else _fresh(path, kind, inputs, _required(kind, done))
+            asset = made.get(path)
+            if asset is None and not again:
+                asset = _fresh(path, scene, kind, inputs, _required(kind, done))
             if asset is None:
                 began = time.perf_counter()
+                stages = _Stages(lambda s, t, start=start, share=share, text=text: tell(start + share * s, text + t))
 
-                def traced(rays, hide=(), samples=1, start=start, text=text, **parts):
-                    return tracer(rays, hide, samples, progress=lambda p, _: tell(start + share * p, text), **parts)
+                def traced(rays, hide=(), samples=1, stages=stages, **parts):
+                    return tracer(rays, hide, samples, progress=lambda p, _: stages.tell(p), **parts)
 
-                job = BakeJob(scene, reflector, traced, intersect, asked, _required(kind, done), shared)
+                unfinished = Unfinished(Path(folder) / f"{PREFIX}{path.name}", inputs)
+                job = BakeJob(
+                    scene, reflector, traced, intersect, asked, _required(kind, done), shared, together, bounds,
+                    _earlier(path, kind, asked), unfinished, stages.set,
+                )  # fmt: skip
                 asset = replace(
                     methods.get(kind).bake(job), inputs_hash=inputs, bake_seconds=time.perf_counter() - began
                 )
                 save_asset(asset, path)
-            done[kind] = asset
-            paths.append(path)
+                unfinished.clear()
+                for other in together:  # one asset is for all from now on
+                    shutil.rmtree(Path(folder) / asset_name(kind, other.name), ignore_errors=True)
+            done[kind] = made[path] = asset
             if asked.get("live"):
                 followed |= {part.instance for part in asset.parts if part.kind in CAPTURED}
     if followed:
@@ -88,7 +103,27 @@ def bake_assets(
         tell(start, text)
         _bake_surfaces(scene, followed, Path(folder), settings, traced_last, again)
     tell(1.0, "Baked")
-    return paths
+    return list(made)
+
+
+class _Stages:
+    """How far one asset's bake is: bakes that say which share of them the next trace is get the time that is left, too."""
+
+    def __init__(self, say: Callable[[float, str], None]):
+        self._say, self._began = say, time.perf_counter()
+        self._low, self._high, self._text = 0.0, 1.0, ""
+
+    def set(self, low: float, high: float, text: str) -> None:
+        self._low, self._high, self._text = low, high, text
+        self.tell(0.0)
+
+    def tell(self, share: float) -> None:
+        """share: of the present stage."""
+        share = self._low + (self._high - self._low) * share
+        left = ""
+        if self._text and share > FIRST_GUESS:
+            left = f", about {(time.perf_counter() - self._began) * (1 / share - 1):.0f} s left"
+        self._say(share, (f": {self._text}" if self._text else "") + left)
 
 
 def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings, tracer, again: bool) -> None:
@@ -118,19 +153,39 @@ def load_assets(scene: SceneSnapshot, method: str, folder: Path) -> dict[str, As
     Damaged assets raise ReflectError; reflectors that were never baked are simply missing from the result.
     """
     found = {}
+    loaded: dict[Path, Asset] = {}
     for reflector in scene.reflectors():
-        paths = [Path(folder) / asset_name(kind, reflector.name) for kind in (method, *methods.get(method).REQUIRES)]
-        if all(os.path.isfile(path / "asset.json") for path in paths):
-            kinds = (method, *methods.get(method).REQUIRES)
-            own, *others = [_load(path, kind) for path, kind in zip(paths, kinds, strict=True)]
-            found[reflector.name] = answering(own, others, paths[0])
+        kinds = (method, *methods.get(method).REQUIRES)
+        paths = [_path(folder, kind, reflector) for kind in kinds]
+        if None in paths:
+            continue
+        for path, kind in zip(paths, kinds, strict=True):
+            if path not in loaded:
+                loaded[path] = _load(path, kind)
+        own, *others = [loaded[path] for path in paths]
+        shared = next((asset for asset in found.values() if asset.reflector == own.reflector == ""), None)
+        found[reflector.name] = shared or answering(own, others, paths[0])
     return found
+
+
+def _path(folder: Path, kind: str, reflector: Instance) -> Path | None:
+    """Where the asset for this reflector lies: its own, or the one for all."""
+    places = (Path(folder) / asset_name(kind, name) for name in (reflector.name, ""))
+    return next((path for path in places if os.path.isfile(path / "asset.json")), None)
 
 
 def is_stale(scene: SceneSnapshot, asset: Asset) -> bool:
     """Whether the scene is no longer what the asset was baked from."""
-    reflector = next((r for r in scene.reflectors() if r.name == asset.reflector), None)
-    return reflector is None or not is_fresh(asset, inputs_hash(scene, asset.kind, reflector, asset.settings))
+    names = {asset.reflector} if asset.reflector else {part.instance for part in asset.parts if part.kind == REFLECTOR}
+    reflectors = tuple(r for r in scene.reflectors() if r.name in names)
+    fresh = len(reflectors) == len(names) and is_fresh(asset, inputs_hash(scene, asset.kind, reflectors, asset.settings))
+    return not fresh or any(remark(asset, scene, r) for r in reflectors)
+
+
+def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
+    """What there is to say of an asset and where its reflector is now, as a sentence; "" when all is well."""
+    says = getattr(methods.get(asset.kind), "remark", None)
+    return says(asset, scene, reflector) if says else ""
 
 
 def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) -> tuple[Instance, ...]:
@@ -166,10 +221,15 @@ def has_settings(asset: Asset, overrides: dict[str, object]) -> bool:
     return all(value == asked[name] for name, value in asset.settings.items() if name in asked and name != "live")
 
 
-def inputs_hash(scene: SceneSnapshot, kind: str, reflector: Instance, settings: dict) -> str:
-    """sha256 over everything that the content of an asset depends on. (`live` adds surfaces beside it and changes nothing.)"""
+def inputs_hash(scene: SceneSnapshot, kind: str, reflectors: tuple[Instance, ...], settings: dict) -> str:
+    """sha256 over everything that the content of an asset for these reflectors depends on. (`live` adds surfaces beside it and
+    changes nothing.)"""
     settings = {name: value for name, value in settings.items() if name != "live"}
-    parts = [scene.geometry_hash, kind, reflector.name, json.dumps(settings, sort_keys=True, default=str)]
+    own = getattr(methods.get(kind), "inputs", None)
+    content = own(scene, reflectors) if own else scene.geometry_hash
+    if not content:
+        return ""
+    parts = [content, kind, *(r.name for r in reflectors), json.dumps(settings, sort_keys=True, default=str)]
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
 
 
@@ -196,13 +256,28 @@ def _required(kind: str, done: dict[str, Asset]) -> dict[str, Asset]:
     return {required: done[required] for required in methods.get(kind).REQUIRES}
 
 
-def _fresh(path: Path, kind: str, inputs: str, required: dict[str, Asset]) -> Asset | None:
+def _fresh(path: Path, scene: SceneSnapshot, kind: str, inputs: str, required: dict[str, Asset]) -> Asset | None:
     """The asset on disk when it can be used as it is; a missing, damaged or stale one is baked again."""
-    if not os.path.isfile(path / "asset.json"):
+    asset = _readable(path, kind)
+    if asset is None or not is_fresh(asset, inputs) or is_stale(scene, asset):
         return None
     try:
-        asset = _load(path, kind)
         answering(asset, list(required.values()), path)
     except ReflectError:
         return None
-    return asset if is_fresh(asset, inputs) else None
+    return asset
+
+
+def _earlier(path: Path, kind: str, settings: dict) -> Asset | None:
+    """What an earlier bake with the same settings left, for methods that can go on from it."""
+    asset = _readable(path, kind) if hasattr(methods.get(kind), "inputs") else None
+    return asset if asset is not None and has_settings(asset, settings) and asset.settings.keys() == settings.keys() else None
+
+
+def _readable(path: Path, kind: str) -> Asset | None:
+    if not os.path.isfile(path / "asset.json"):
+        return None
+    try:
+        return _load(path, kind)
+    except ReflectError:
+        return None

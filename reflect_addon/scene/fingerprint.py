@@ -38,6 +38,7 @@ class Fingerprint:
         self._parts: list[str] = []
         self._mesh_digests: list[str] = []
         self._light: list[str] = []
+        self.instances: dict[str, str] = {}  # name -> sha256 of its part
         self._follows_frame = False
 
     def hexdigest(self) -> str:
@@ -57,7 +58,9 @@ class Fingerprint:
         seen = [getattr(obj, f"visible_{kind}") for kind in ("diffuse", "glossy", "transmission", "shadow")]
         slots = [slot.material.name_full if slot.material else "" for slot in obj.material_slots]
         place = instance.world_from_object.tobytes().hex()
-        self._parts.append(f"instance {instance.name} {self._mesh_digests[instance.mesh]} {place} {slots} {seen}")
+        part = f"instance {instance.name} {self._mesh_digests[instance.mesh]} {place} {slots} {seen}"
+        self._parts.append(part)
+        self.instances[instance.name] = _sha256(part.encode())
         self._light.append(f"materials {instance.name} {slots}")
 
     def material(self, material) -> None:

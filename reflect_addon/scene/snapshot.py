@@ -55,6 +55,7 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         light_hash=reader.fingerprint.light_hexdigest(),
         suns=tuple(reader.suns),
         bulbs=tuple(reader.bulbs),
+        instance_hashes=reader.fingerprint.instances,
     )
 
 

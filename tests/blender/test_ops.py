@@ -154,7 +154,7 @@ def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
     from reflect_addon.scene.places import assets_of
 
     snapshot = live_state().snapshot
-    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[0], {})
+    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[:1], {})
     save_asset(environment(fresh), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
     assert (live_state().missing, live_state().stale) == ((), ())
@@ -172,7 +172,7 @@ def test_another_setting_makes_assets_old(ball):
     from reflect_addon.scene.places import assets_of
 
     snapshot, settings = live_state().snapshot, bpy.context.scene.reflect
-    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[0], method.DEFAULTS)
+    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[:1], method.DEFAULTS)
     asset = replace(environment(fresh), settings=dict(method.DEFAULTS))
     save_asset(asset, assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()

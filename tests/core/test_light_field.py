@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 import tolerances
+from analytic import unit
 
 from reflect_addon.core import light_field, light_field_focus, light_field_kernel, spaces
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import Counts, Hit, record, run_numpy
 from reflect_addon.core.light_field import MARGIN, Cell
+from reflect_addon.core.light_field_kernel import BAND
+from reflect_addon.core.light_field_slab import UNTRACED, Slab
 from reflect_addon.core.rays import Rays
 
 CUBE = Cell(np.zeros(3), np.ones(3), 8, 16)
@@ -18,13 +21,13 @@ CELLS = pytest.mark.parametrize("cell", [CUBE, FLAT, STEEP], ids=["cube", "flat"
 
 
 def kernel(k, asset, ray):
-    radiance, position = light_field_kernel.answer(k, asset, ray)
-    return Hit(radiance, position, 1.0, spaces.STATUS_HIT)
+    radiance, position, coverage = light_field_kernel.answer(k, asset, ray)
+    return Hit(radiance, position, coverage, spaces.STATUS_HIT)
 
 
 def asset_of(cell, atlas, depth=False, focus=0.0):
-    options = {"views": cell.views, "texels": cell.texels, "depth": depth}
-    uniforms = {**cell.uniforms(), "light_scale": 1.0, "depth_scale": 1.0, "focus": (focus,) * 3, "focus_back": (focus,) * 3}
+    options = {"views": cell.views, "texels": cell.texels, "depth": depth, "coded": False}
+    uniforms = {**cell.uniforms(), "light_scale": 1.0, "focus": (focus,) * 3, "focus_back": (focus,) * 3}
     return Asset("light_field", "", {"light_field_tx": atlas}, uniforms, options)
 
 
@@ -46,12 +49,16 @@ def through(cell, rng, count):
 def filled(cell, value_of):
     """The atlas whose traced texels hold value_of(rays) -> (N, 4); the others are far too bright."""
     atlas = np.full((*cell.shape(), 4), tolerances.FAR_TOO_BRIGHT, np.float32)
-    side = cell.views * cell.texels
-    for face in range(light_field.SLABS):
+    atlas[..., 3] = UNTRACED
+    for face in cell.slabs:
         rays, used = light_field.bundle(cell, face)
-        x, y = light_field.slab_origin(cell, face)
-        atlas[y : y + side, x : x + side][used] = value_of(rays, face)
+        slab_of(cell, atlas, face)[used] = value_of(rays, face) * [1, 1, 1, cell.size()]
     return atlas
+
+
+def slab_of(cell, atlas, face):
+    x, y = cell.origin(face)
+    return atlas[y : y + cell.slab_side(), x : x + cell.slab_side()]
 
 
 @CELLS
@@ -84,24 +91,37 @@ def test_what_passes_the_cell_is_not_traced():
 @pytest.mark.parametrize("depth", [False, True])
 def test_a_ray_that_a_view_holds_returns_its_texel(cell, depth, rng):
     atlas = filled(cell, lambda rays, face: np.c_[rng.random((len(rays), 3)), np.zeros(len(rays))])
-    side = cell.views * cell.texels
     for face in range(light_field.SLABS):
         rays, used = light_field.bundle(cell, face)
-        axis, x, y = face // 2, *light_field.slab_origin(cell, face)
-        wanted = atlas[y : y + side, x : x + side][used][:, :3]
-        # Those that leave the cell itself and belong to this slab.
+        axis, wanted = face // 2, slab_of(cell, atlas, face)[used][:, :3]
+        # Those in the cell itself that belong to this slab alone.
         slopes = rays.direction[:, [(axis + 1) % 3, (axis + 2) % 3]] / rays.direction[:, [axis]]
-        own = (np.abs(slopes) < cell.steepest(axis) * (1 - 1e-6)).all(-1) & cell.contains(rays.origin)
+        own = (np.abs(slopes) < cell.steepest(axis) * (1 - BAND - 1e-6)).all(-1) & cell.contains(rays.origin)
         assert own.sum() > 100
         found = answer(cell, atlas, Rays(rays.origin[own], rays.direction[own]), depth=depth)
         assert np.abs(found.radiance - wanted[own]).max() < tolerances.LIGHT_FIELD_TEXEL
 
 
 def test_a_ray_costs_four_bilinear_look_ups(rng):
-    """Target Y4."""
-    counts = Counts()
-    answer(CUBE, np.ones((*CUBE.shape(), 4), np.float32), through(CUBE, rng, 1000), counts=counts)
-    assert counts.fetches_per_ray == 4 * 4
+    """Target Y4: of four texels each; a ray that two slabs answer, where they meet, costs twice that."""
+    rays, atlas = through(CUBE, rng, 20_000), np.ones((*CUBE.shape(), 4), np.float32)
+    least, middle, most = np.sort(np.abs(rays.direction), -1).T
+    slabs = 1 + (middle > most * (1 - BAND)) + (least > most * (1 - BAND))
+    for asked in (1, 2, 3):
+        counts, some = Counts(), slabs == asked
+        answer(CUBE, atlas, Rays(rays.origin[some], rays.direction[some]), counts=counts)
+        assert counts.fetches_per_ray == asked * 4 * 4
+    assert np.mean(slabs) < tolerances.SLABS_PER_RAY
+
+
+def test_nothing_jumps_at_the_seams(rng):
+    """Slabs that disagree completely: across a seam, and at the corner of three, the answer changes as gradually as anywhere."""
+    atlas = filled(CUBE, lambda rays, face: np.tile([face % 2, face // 2, 1.0, 0.0], (len(rays), 1)))
+    start = unit(rng.normal(size=(2000, 3)))
+    start[:1000] = unit(np.sign(start[:1000]) * (1 + 0.02 * rng.normal(size=(1000, 3))))
+    step = 1e-4
+    found = [answer(CUBE, atlas, Rays(np.zeros((2000, 3), "f"), d.astype("f"))).radiance for d in (start, unit(start + step * unit(rng.normal(size=(2000, 3)))))]
+    assert np.abs(found[0] - found[1]).max() < tolerances.SEAM_SLOPE * step / BAND
 
 
 class Ball:
@@ -165,13 +185,13 @@ def test_the_focal_plane_is_found():
 
     atlas = filled(cell, wall)
     for face in range(light_field.SLABS):
-        found = light_field_focus.focus(cell, face, atlas, light_field.bundle(cell, face)[1])
+        found = light_field_focus.focus(cell, face, Slab(slab_of(cell, atlas, face), 1.0))
         assert abs(found * (far + 1) - 1) < tolerances.FOCUS
 
 
 def test_a_bare_sky_has_no_focal_plane():
-    atlas = np.ones((*CUBE.shape(), 4), np.float32) * [1, 1, 1, 0]
-    assert light_field_focus.focus(CUBE, 0, atlas, light_field.bundle(CUBE, 0)[1]) == 0.0
+    texels = np.ones((CUBE.slab_side(), CUBE.slab_side(), 4), np.float16) * np.float16([1, 1, 1, 0])
+    assert light_field_focus.focus(CUBE, 0, Slab(texels, 1.0)) == 0.0
 
 
 @pytest.mark.parametrize("depth", [False, True])

@@ -8,16 +8,21 @@ A method module has
     SETTINGS: dict               optional: words and values of those that are its own, see core/settings.py
     bake(job: BakeJob) -> Asset  see core/job.py
     trace(k, asset, ray) -> Hit  the kernel (docs/decisions.md, "Kernel language")
+and may have
+    inputs(scene, reflectors) -> str             hash of what its content depends on, where that is less than the whole scene
+    remark(asset, scene, reflector) -> str       a sentence when the asset no longer serves the reflector where it is now
+    predicted_bytes(job: BakeJob) -> int         memory of the asset, before it is baked
+    report(asset) -> str                         what was left out, as a sentence
 """
 
 from types import ModuleType
 
 from .. import settings, surface_radiance
 from ..errors import ReflectError
-from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, sphere_proxy
+from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, light_field, sphere_proxy
 
 # In the order in which people meet them: each repairs what the one before leaves out.
-_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps)
+_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field)
 _METHODS = {m.NAME: m for m in _ALL}
 
 

@@ -1,0 +1,168 @@
+"""`light_field`: six slabs of views around a cell show the scene from wherever the reflector stands in it [yu-2005].
+
+Problem. An environment map has no parallax: what is near is at the wrong place, and nothing moves when the reflector does.
+Idea. The reflector stays in a box, the cell; six light-field slabs around it (core/light_field.py) hold every ray that leaves
+it. A reflected ray is looked up in the four views around it and blended (core/light_field_kernel.py), at a price that does not
+depend on the scene; the reflector moves in its cell without a new bake.
+  * With `depth` every view also stores how far it sees, and each ray is looked up in each view where that view sees what the
+    ray meets: 8 x 8 views with depths show more than 32 x 32 without.
+  * Without, all views of a slab share one focal plane, found from the views themselves (core/light_field_focus.py).
+Where we depart. Per-view depth; the camera planes (core/light_field.py); only texels that some reflected ray can reach are
+traced, only slabs that one reaches are stored (core/light_field_reach.py); after a change in the scene only the views that saw
+it are traced again (core/light_field_change.py).
+Limits. What is in the cell beside the reflector is seen from the cell's middle outward. Rough reflectors send several rays
+(core/lobe_rays.py): views have no coarser levels.
+"""
+
+import numpy as np
+
+from .. import spaces
+from ..asset import Asset
+from ..job import BakeJob
+from ..kernel import Hit
+from ..light_field import SLABS, Cell, cell_of
+from ..light_field_change import changed_boxes, seen_parts, views_that_saw
+from ..light_field_focus import focus
+from ..light_field_kernel import answer
+from ..light_field_reach import Reach, reach_of
+from ..light_field_slab import Slab, bake_slab, filled, rows_of_views
+from ..remake import parts_of
+from ..settings import Setting
+from ..snapshot import Instance, SceneSnapshot
+
+NAME = "light_field"
+LABEL = "Light Field"
+REQUIRES = ()
+SETTINGS = {
+    "views": Setting("Views", "Views along a side of each of the six slabs. Twice as many need four times the memory and bake time",
+                     low=2, high=64, soft_high=32),
+    "view_texels": Setting("View Texels", "Texels along a side of each view. Twice as many need four times the memory and bake time",
+                           low=16, high=512, power_of_two=True),
+    "depth": Setting("Depth per View", "Each view also stores how far it sees, so that few views show sharply what is near and what is "
+                     "far. Without it all are focused on one distance"),
+    "whole_path": Setting("Whole Path", "The cell holds the reflector's way over all frames of the scene, so that it moves without "
+                          "another bake. Without it, its place at this frame alone"),
+    "room": Setting("Room", "How much wider the cell is than what it holds, on every side, as a share of its size: room for the "
+                    "reflector to be moved about in", high=10.0, soft_high=1.0),
+    "shared": Setting("One Cell for All", "One cell around all reflectors that are baked together, instead of one for each. They do not "
+                      "see each other"),
+}  # fmt: skip
+DEFAULTS = {
+    "views": 8, "view_texels": 128, "samples": 4, "depth": True, "whole_path": True, "room": 0.0, "shared": False,
+}  # fmt: skip
+
+
+def bake(job: BakeJob) -> Asset:
+    """The slabs that the reflectors' rays reach, traced where they can be looked up; slabs that an interrupted bake finished,
+    and views of an earlier bake that saw nothing of what changed, are taken as they are."""
+    cell, reach = plan(job)
+    boxes = changed_boxes(job, cell, job.earlier)
+    parts_of_slab = len(rows_of_views(cell))
+    steps, done = max(len(cell.slabs) * parts_of_slab, 1), 0
+    atlas, scale, planes, again = np.zeros((*cell.shape(), 4), np.float16), 1.0, np.zeros(SLABS), np.zeros(2, int)
+    side = cell.slab_side()
+    for face in cell.slabs:
+
+        def told(face=face):
+            nonlocal done
+            job.stage(done / steps, (done + 1) / steps, f"slab {spaces.FACE_NAMES[face]}")
+            done += 1
+
+        x, y = cell.origin(face)
+        slab = _finished(job, face)
+        if slab is None:
+            slab = _baked(job, cell, face, reach, boxes, told, again)
+            _finish(job, face, slab)
+        else:
+            done += parts_of_slab
+        planes[face] = focus(cell, face, slab)
+        slab = filled(slab)
+        if slab.scale > scale:
+            atlas[..., :3] *= np.float16(scale / slab.scale)
+            scale = slab.scale
+        atlas[y : y + side, x : x + side] = slab.texels
+        atlas[y : y + side, x : x + side, :3] *= np.float16(slab.scale / scale)
+    used = atlas[..., 3] >= 0
+    views = used.reshape(-1, cell.texels, used.shape[1] // cell.texels, cell.texels).any((1, 3)).sum()
+    reflectors = job.reflectors()
+    return Asset(
+        kind=NAME,
+        reflector="" if job.together else job.reflector.name,
+        images={"light_field_tx": atlas},
+        uniforms={
+            **cell.uniforms(), "light_scale": scale, "focus": tuple(planes[0::2]), "focus_back": tuple(planes[1::2]),
+            **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(again[1]), "rays_made": float(again[0])},
+        },
+        options={"views": cell.views, "texels": cell.texels, "depth": bool(job.settings["depth"]), "coded": False},
+        settings=dict(job.settings),
+        parts=(*(p for r in reflectors for p in parts_of(job.scene, r, ())), *seen_parts(job.scene, reflectors)),
+        light_hash=job.scene.light_hash,
+    )  # fmt: skip
+
+
+def plan(job: BakeJob) -> tuple[Cell, Reach]:
+    """The cell of the job's reflectors and what of it they reach; nothing is traced for it."""
+    asked = job.settings
+    ways = [job.way(r) if asked["whole_path"] else job.scene.bounds([r]) for r in job.reflectors()]
+    low, high = np.min([w[0] for w in ways], 0), np.max([w[1] for w in ways], 0)
+    moves = not np.allclose([low, high], job.scene.bounds(job.reflectors()), atol=1e-4 * np.linalg.norm(high - low))
+    room = float(asked["room"]) * (high - low)
+    cell = Cell.around(low - room, high + room, int(asked["views"]), int(asked["view_texels"]))
+    reach = reach_of(job, moves or asked["room"] > 0)
+    return Cell(cell.center, cell.half, cell.views, cell.texels, slabs=reach.slabs()), reach
+
+
+def predicted_bytes(job: BakeJob) -> int:
+    """Memory of the asset on the GPU, known before the bake."""
+    height, width = plan(job)[0].shape()
+    return height * width * 8
+
+
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
+    """Hash of what the content depends on: not where in its cell the reflector is."""
+    return scene.hash_without({r.name for r in reflectors})
+
+
+def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
+    """A sentence when a reflector has left its cell, else ""."""
+    if cell_of(asset).contains(scene.world_positions(reflector)).all():
+        return ""
+    return f"{reflector.name} has left its light field's cell: bake again, with Room or Whole Path if it is to move."
+
+
+def report(asset: Asset) -> str:
+    """What was left out, as a sentence."""
+    cell, u = cell_of(asset), asset.uniforms
+    texels = SLABS * cell.slab_side() ** 2
+    return (
+        f"Light field: {len(cell.slabs)} of {SLABS} slabs, {u['views_used']:.0f} of {SLABS * cell.views**2} views, "
+        f"{u['rays'] / texels:.0%} of {texels:,} rays traced."
+    )
+
+
+def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made: np.ndarray) -> Slab:
+    """A slab, traced whole, or of an earlier asset with those views new that saw one of the boxes. made: adds (rays, views)."""
+    wanted, before = reach.of(face), None
+    if boxes is not None:
+        x, y = cell_of(job.earlier).origin(face)
+        before = Slab(job.earlier.images["light_field_tx"][y : y + cell.slab_side(), x : x + cell.slab_side()], job.earlier.uniforms["light_scale"])
+        wanted = views_that_saw(cell, boxes, before.traced(), wanted)
+    slab, count = bake_slab(job, cell, face, wanted, told, before)
+    made += count
+    return slab
+
+
+def _finished(job: BakeJob, face: int) -> Slab | None:
+    scale, texels = job.unfinished.load(f"scale{face}"), job.unfinished.load(f"slab{face}")
+    return None if scale is None or texels is None else Slab(texels, float(scale))
+
+
+def _finish(job: BakeJob, face: int, slab: Slab) -> None:
+    job.unfinished.save(f"scale{face}", np.array(slab.scale))
+    job.unfinished.save(f"slab{face}", slab.texels)
+
+
+def trace(k, asset, ray) -> Hit:
+    """Four views of the ray's slab; no answer where that slab was left out."""
+    radiance, position, coverage = answer(k, asset, ray)
+    return Hit(radiance, position, coverage, k.select(coverage > 0.0, spaces.STATUS_HIT, spaces.STATUS_NONE))
