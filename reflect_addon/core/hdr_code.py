@@ -16,6 +16,7 @@ from . import bc1
 BASE = 1 / 16  # of the median of what is not black
 # At most: with a darker base float32 and 5:6:5 bits have nothing left for the middle. A sun of 7e4 in a scene of 0.1 needs 23.
 MOST_STOPS = 28.0
+_LEAST = 1e-20  # a darker peak is black: its base would be no float32 that GPUs keep
 _SAMPLES = 1 << 20  # values that the median is taken of
 _ROWS = 256  # texel rows encoded at a time
 
@@ -23,7 +24,7 @@ _ROWS = 256  # texel rows encoded at a time
 def curve(radiance: np.ndarray) -> dict[str, float]:
     """The uniforms `code_base` and `code_stops` for (H, W, 3) radiance; what is not above 0 or not finite counts as black."""
     peak = max((float(_clean(radiance[row : row + _ROWS]).max()) for row in range(0, len(radiance), _ROWS)), default=0.0)
-    if peak <= 0.0:
+    if peak < _LEAST:
         return {"code_base": 1.0, "code_stops": 1.0}
     step = max(radiance.size // (3 * _SAMPLES), 1)
     some = _clean(radiance.reshape(-1, 3)[::step])
