@@ -1,4 +1,4 @@
-"""BC1 (DXT1) blocks: 4 x 4 texels in 8 bytes, 4 bits a texel [yu-2005 section 7, "S3TC"].
+"""BC1 (DXT1) blocks: 4 x 4 texels in 8 bytes, 4 bits a texel, as light fields are stored in [yu-2005 section 7].
 
 A block is two colours c0, c1 of 5:6:5 bits (uint16, little-endian, red on top), then 16 indices of 2 bits, a byte per row of
 texels, the left one lowest. With c0 > c1 index 0 is c0, 1 is c1, 2 is (2 c0 + c1) / 3, 3 is (c0 + 2 c1) / 3; otherwise

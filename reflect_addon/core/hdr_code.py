@@ -18,7 +18,7 @@ BASE = 1 / 16  # of the median of what is not black
 MOST_STOPS = 28.0
 _LEAST = 1e-20  # a darker peak is black: its base would be no float32 that GPUs keep
 _SAMPLES = 1 << 20  # values that the median is taken of
-_ROWS = 256  # texel rows encoded at a time
+_ROWS = 32  # texel rows encoded at a time
 
 
 def curve(radiance: np.ndarray) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """BC1 blocks to the GPU. Blender's Python can make no texture of them, but its images can: a .dds file of the colour space
 Non-Color stays compressed on its way. So one is written, loaded and deleted; the texture outlives the image.
 
-Blender's rules (5.2, image_gpu.cc). Sides are powers of two, else the texture is not compressed: the last row and column are
+Blender's rules, as 5.2 shows them. Sides are powers of two, else the texture is not compressed: the last row and column are
 repeated up to there, which clamped look-ups do not notice. And the first texture of a session must not be the compressed one:
 the driver's start leaves an error behind that is taken for its own. A driver without BC1 gets RGBA8: the same picture,
 11 times the memory.
