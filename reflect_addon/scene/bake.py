@@ -152,19 +152,25 @@ def load_assets(scene: SceneSnapshot, method: str, folder: Path) -> dict[str, As
 
     Damaged assets raise ReflectError; reflectors that were never baked are simply missing from the result.
     """
-    found = {}
+    found, joined = {}, {}
     loaded: dict[Path, Asset] = {}
+
+    def load(kind: str, reflector: Instance) -> Asset | None:
+        path = _path(folder, kind, reflector)
+        if path is not None and path not in loaded:
+            loaded[path] = _load(path, kind)
+        return loaded.get(path)
+
     for reflector in scene.reflectors():
-        kinds = (method, *methods.get(method).REQUIRES)
-        paths = [_path(folder, kind, reflector) for kind in kinds]
-        if None in paths:
+        own, *others = assets = [load(kind, reflector) for kind in (method, *methods.get(method).REQUIRES)]
+        if None in assets:
             continue
-        for path, kind in zip(paths, kinds, strict=True):
-            if path not in loaded:
-                loaded[path] = _load(path, kind)
-        own, *others = [loaded[path] for path in paths]
-        shared = next((asset for asset in found.values() if asset.reflector == own.reflector == ""), None)
-        found[reflector.name] = shared or answering(own, others, paths[0])
+        beside = (load(kind, reflector) for kind in methods.companions(method, own.settings))
+        others += [asset for asset in beside if asset is not None][:1]
+        key = (id(own), *map(id, others))  # one object where reflectors share all of it
+        if key not in joined:
+            joined[key] = answering(own, others, _path(folder, method, reflector))
+        found[reflector.name] = joined[key]
     return found
 
 
