@@ -150,7 +150,7 @@ def _focused(k, asset, slab):
 def _corrected(k, asset, slab):
     """(radiance, q): each view is looked up where it sees what the ray meets by its own depths."""
     k.cite("per-view depth: z = z_i(u_i(z)) by a fixed point, from the focal plane")
-    total, radiance, depth = 0.0, k.vec3(0.0), 0.0
+    total, radiance, depth, solid = 0.0, k.vec3(0.0), 0.0, 0.0
     for n, corner in enumerate(slab.corners):
         share = (slab.fs if n % 2 else 1.0 - slab.fs) * (slab.ft if n // 2 else 1.0 - slab.ft)
         q = slab.focus
@@ -160,5 +160,6 @@ def _corrected(k, asset, slab):
         off = k.abs(seen - q) / k.max(k.max(seen, q), 1e-9)
         weight = k.name("weight", (share + 1e-4) / (1.0 + (off / AGREE) * (off / AGREE)))
         total, radiance = total + weight, radiance + _look(k, asset, slab, corner, q) * weight
-        depth = depth + seen * weight
-    return radiance * (1.0 / total), depth / total
+        depth, solid = depth + seen * weight, solid + k.select(seen > 0.0, weight, 0.0)
+    # The sky has no distance to be blended with.
+    return radiance * (1.0 / total), k.select(solid > 0.5 * total, depth / k.max(solid, 1e-6), 0.0)

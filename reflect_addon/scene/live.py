@@ -17,7 +17,8 @@ from ..core.asset_files import load_asset
 from ..core.asset_places import asset_name, scene_folder
 from ..core.errors import ReflectError
 from ..core.snapshot import SceneSnapshot
-from .bake import answering, has_settings, is_stale
+from .bake import answering
+from .freshness import has_settings, is_stale
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
