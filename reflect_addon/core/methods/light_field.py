@@ -22,7 +22,7 @@ from .. import bc1, hdr_code, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
-from ..light_field import COLUMNS, FIRST, SLABS, Cell, cell_of
+from ..light_field import FIRST, SLABS, Cell, cell_of
 from ..light_field_change import changed_boxes, seen_parts, views_that_saw
 from ..light_field_focus import focus
 from ..light_field_kernel import answer
@@ -105,7 +105,7 @@ def bake(job: BakeJob) -> Asset:
             **code, "contact": float(np.linalg.norm(np.subtract(*job.scene.bounds(reflectors)))),
             **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(again[1]), "rays_made": float(again[0])},
         },
-        options={"views": cell.views, "texels": cell.texels, "depth": bool(job.settings["depth"]), "coded": bool(code)},
+        options={"views": cell.views, "texels": cell.texels, "columns": cell.columns(), "depth": bool(job.settings["depth"]), "coded": bool(code)},
         settings=dict(job.settings),
         parts=(*(p for r in reflectors for p in parts_of(job.scene, r, ())), *seen_parts(job.scene, reflectors)),
         light_hash=job.scene.light_hash,
@@ -161,7 +161,7 @@ def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made:
     if boxes is not None:
         x, y = cell_of(job.earlier).origin(face)
         before = Slab(job.earlier.images["light_field_tx"][y : y + cell.slab_side(), x : x + cell.slab_side()], job.earlier.uniforms["light_scale"])
-        wanted = views_that_saw(cell, boxes, before.traced(), wanted)
+        wanted = views_that_saw(cell, face, boxes, before.traced(), wanted)
     slab, count = bake_slab(job, cell, face, wanted, told, before)
     made += count
     return slab
@@ -170,7 +170,8 @@ def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made:
 def _compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """(images, uniforms): radiance as coded blocks, of the first slabs and of the rest; depths four to a texel."""
     blocks, code = hdr_code.compress(atlas[..., :3])
-    rows, last = FIRST // COLUMNS * cell.slab_side() // bc1.SIDE, (len(cell.slabs) % COLUMNS or COLUMNS) * cell.slab_side() // bc1.SIDE
+    columns, side = cell.columns(), cell.slab_side() // bc1.SIDE
+    rows, last = FIRST // columns * side, (len(cell.slabs) % columns or columns) * side
     images = {"light_field_bc1": blocks[:rows]}
     if len(blocks) > rows:
         images["light_rest_bc1"] = np.ascontiguousarray(blocks[rows:, :last])
