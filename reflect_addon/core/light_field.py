@@ -134,18 +134,22 @@ def _others(axis: int) -> list[int]:
 
 
 def lines(cell: Cell, face: int, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray]:
-    """((H, W, 3), (H, W, 3)) float64 of some rows of texels of a slab: the point of the camera plane, from the cell's centre,
-    and the direction, whose component along the slab's axis is 1 or -1."""
+    """lines_of for all texels in some rows of a slab, (H, W, 3) each."""
+    texels = np.arange(cell.slab_side())
+    return lines_of(cell, face, texels, texels[rows, None])
+
+
+def lines_of(cell: Cell, face: int, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """((..., 3), (..., 3)) float64 of texels (x, y) of a slab: the point of the camera plane, from the cell's centre, and the
+    direction, whose component along the slab's axis is 1 or -1."""
     axis, sign = face // 2, 1 - 2 * (face % 2)
-    view, texel = np.divmod(np.arange(cell.slab_side()), cell.texels)
-    at = view / (cell.views - 1) * 2 - 1
-    slope = (texel / (cell.texels - 1) * 2 - 1) * (1 + MARGIN)
-    shape = (len(at[rows]), len(at))
+    shape = np.broadcast_shapes(x.shape, y.shape)
     point, direction = np.empty((*shape, 3)), np.empty((*shape, 3))
     point[..., axis], direction[..., axis] = -sign * cell.half[axis], sign
-    b, c = _others(axis)
-    point[..., b], point[..., c] = at * cell.side(axis)[0], at[rows, None] * cell.side(axis)[1]
-    direction[..., b], direction[..., c] = slope * cell.steepest(axis)[0], slope[rows, None] * cell.steepest(axis)[1]
+    for n, (b, texels) in enumerate(zip(_others(axis), (x, y), strict=True)):
+        view, texel = np.divmod(texels, cell.texels)
+        point[..., b] = (view / (cell.views - 1) * 2 - 1) * cell.side(axis)[n]
+        direction[..., b] = (texel / (cell.texels - 1) * 2 - 1) * (1 + MARGIN) * cell.steepest(axis)[n]
     return point, direction
 
 

@@ -1,65 +1,68 @@
-"""The focal plane of a slab: the one depth at which its views agree best [yu-2005 section 6, "disparity"].
+"""The focal plane of a slab: the one depth that its views are best looked up at [yu-2005 section 6, "disparity"].
 
 Problem. Without depths all of a slab's views are blended as if what they see lay on one plane. Which plane is best depends on
 what is seen where, and on how much it varies there, not on the range of depths alone [Chai et al. 2000 take the mean of the
 least and the greatest disparity: columns 0.54 of `environment`'s error at 8 views, the best plane 0.29].
-Idea. The views themselves know: each view that has neighbours on both sides is predicted from the four around it at a step
-diagonally, at each of a row of candidate planes, and the plane that predicts best is taken. That is the very look-up with
-twice its steps, at the place where it is worst, and needs no ray that was not baked.
+Idea. A view that stands `step` beside a ray shows, at the plane 1 / z = q, what the ray would meet (q - q') step aside where it
+really meets something at q'. So each texel's own view tells, with the depth that it stores, what the four views around a ray
+in their middle would blend at each of a row of candidate planes; the plane that errs least is taken. Texels count as rays do
+that start anywhere in the cell in any direction.
+Limits. What hides what is not told: the views beside it are taken to see the same things. Square errors of radiance, so lamps
+count most, as they do in a picture.
 """
 
 import numpy as np
 
-from .light_field import MARGIN, Cell
+from .light_field import MARGIN, Cell, inside, lines_of
 from .light_field_slab import Slab
 
-# Texels that are predicted, of all views of a slab.
-PROBES = 20_000
+# Texels that are looked at, of all views of a slab.
+PROBES = 40_000
 # Candidates: 1 / z evenly from the sky to the nearest PERCENT of what is seen.
 CANDIDATES = 50
 PERCENT = 99.0
-# Of the median radiance: brighter counts as bright as this, or one lamp's edge would decide for everything else.
-BRIGHTEST = 16.0
 
 
 def focus(cell: Cell, face: int, slab: Slab) -> float:
-    """1 / z in 1/m of the plane that serves slab `face` best, 0 = the sky."""
+    """1 / z in 1/m of the plane that serves slab `face` best, 0 = the sky. The slab's untraced texels are filled."""
     used, texels = slab.traced(), slab.texels
-    depths = texels[used][:, 3].astype(np.float64) / cell.size()
+    if not used.any():
+        return 0.0
+    y, x = np.nonzero(used)
+    some = np.random.default_rng(3).permutation(len(y))[:PROBES]
+    x, y = x[some], y[some]
+    depths = texels[y, x, 3].astype(np.float64) / cell.size()
     seen = depths[depths > 0]
-    if not len(seen) or cell.views < 3:
-        return float(np.median(depths)) if len(depths) else 0.0
-    probes = _probes(cell, used)
-    if not len(probes):
-        return float(np.median(depths))
-    limit = BRIGHTEST * max(float(np.median(texels[used][:, :3])), 1e-6)
-    truth = np.minimum(_read(cell, texels, probes[:, :2], probes[:, 2:].astype(float)), limit)
-    step = cell.step(face // 2) * (cell.texels - 1) / (2 * cell.steepest(face // 2) * (1 + MARGIN))
+    if not len(seen):
+        return 0.0
+    weight = _weight(cell, face, x, y)
+    view, at = np.stack([x, y], -1) // cell.texels, np.stack([x, y], -1) % cell.texels
+    truth = texels[y, x, :3].astype(np.float64)
+    move = cell.step(face // 2) * (cell.texels - 1) / (2 * cell.steepest(face // 2) * (1 + MARGIN))
     candidates = np.linspace(0.0, np.percentile(seen, PERCENT), CANDIDATES)
-    errors = [np.square(np.minimum(_predicted(cell, texels, probes, q * step), limit) - truth).mean() for q in candidates]
+    errors = []
+    for q in candidates:
+        off = _blended(cell, texels, view, at, (q - depths)[:, None] * move) - truth
+        errors.append(float(weight @ np.square(off).mean(-1)))
     return float(_lowest(candidates, errors, int(np.argmin(errors))))
 
 
-def _probes(cell: Cell, used: np.ndarray) -> np.ndarray:
-    """(N, 4) int of view x, y and texel x, y: traced, and with the four views around them traced there too."""
-    n, m = cell.views, cell.texels
-    grid = used.reshape(n, m, n, m)  # view y, texel y, view x, texel x
-    whole = grid[1:-1, :, 1:-1]
-    for dy in (0, 2):
-        for dx in (0, 2):
-            whole = whole & grid[dy : n - 2 + dy, :, dx : n - 2 + dx]
-    y, v, x, u = np.nonzero(whole)
-    pick = np.random.default_rng(3).permutation(len(y))[:PROBES]
-    return np.stack([x[pick] + 1, y[pick] + 1, u[pick], v[pick]], -1)
+def _weight(cell: Cell, face: int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(N,) how many rays that start anywhere in the cell in any direction pass by each texel: its line's length in the cell, times
+    the fourth power of the cosine, of which three belong to the solid angle and one to the camera plane's slant."""
+    point, direction = lines_of(cell, face, x, y)
+    axis, length = face // 2, np.linalg.norm(direction, axis=-1)
+    slopes = np.abs(direction[:, [(axis + 1) % 3, (axis + 2) % 3]])
+    enter, leave = inside(point, direction, cell.half)
+    return np.maximum(leave - enter, 0.0) * length**-3.0 * (slopes <= cell.steepest(axis)).all(-1)
 
 
-def _predicted(cell: Cell, texels: np.ndarray, probes: np.ndarray, move: np.ndarray) -> np.ndarray:
-    """(N, 3) mean of the four views around each probe's, looked up `move` (2,) texels a view away."""
+def _blended(cell: Cell, texels: np.ndarray, view: np.ndarray, at: np.ndarray, move: np.ndarray) -> np.ndarray:
+    """(N, 3) mean of what a view shows half of `move` (N, 2) texels to the four sides of `at`, diagonally."""
     total = 0.0
-    for dy in (-1, 1):
-        for dx in (-1, 1):
-            at = np.clip(probes[:, 2:] - move * [dx, dy], 0, cell.texels - 1)
-            total = total + _read(cell, texels, probes[:, :2] + [dx, dy], at)
+    for dy in (-0.5, 0.5):
+        for dx in (-0.5, 0.5):
+            total = total + _read(cell, texels, view, np.clip(at - move * [dx, dy], 0, cell.texels - 1))
     return total / 4
 
 

@@ -85,8 +85,8 @@ def bake(job: BakeJob) -> Asset:
             _finish(job, face, slab)
         else:
             done += parts_of_slab
-        planes[face] = focus(cell, face, slab)
         slab = filled(slab, cell)
+        planes[face] = focus(cell, face, slab)
         if slab.scale > scale:
             atlas[..., :3] *= np.float16(scale / slab.scale)
             scale = slab.scale
