@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
-from . import bench_depth, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, stability
+from . import bench_depth, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, stability
 
 FORMAT = 1
 FILE_NAME = "targets.json"
@@ -18,7 +18,8 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
     "popescu": (
         bench_popescu.measure, bench_mirrors.measure, bench_limits.measure, bench_ground.measure, bench_srdm.measure,
         bench_depth.measure,
-    )
+    ),
+    "yu": (bench_yu.measure,),
 }  # fmt: skip
 
 

@@ -107,6 +107,11 @@ class Scan:
     def over_sky(self) -> float:
         return float(np.sqrt(self.automatic.sum() / self.sky.sum()))
 
+    def shares(self) -> np.ndarray:
+        """(SLABS,) of the square error, at the best planes."""
+        best = self.errors.min(0)
+        return best / best.sum()
+
     def by_slab(self) -> np.ndarray:
         """(SLABS,) RMSE over that of the slab's best plane; 1 for a slab that no ray goes to."""
         best = self.errors.min(0)

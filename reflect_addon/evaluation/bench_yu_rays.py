@@ -81,7 +81,7 @@ def ones(cell: Cell, depth: bool = False) -> Asset:
         x, y = cell.origin(face)
         _, used = bundle(cell, face)
         atlas[y : y + side, x : x + side][used] = (1.0, 1.0, 1.0, 0.0)
-    options = {"views": cell.views, "texels": cell.texels, "depth": depth, "coded": False}
+    options = {"views": cell.views, "texels": cell.texels, "columns": cell.columns(), "depth": depth, "coded": False}
     uniforms = {**cell.uniforms(), "light_scale": 1.0, "focus": (0.0,) * 3, "focus_back": (0.0,) * 3}
     return Asset(light_field.NAME, "", {"light_field_tx": atlas}, uniforms, options)
 

@@ -48,6 +48,6 @@ def test_a_damaged_file_is_a_sentence(tmp_path, content):
 
 
 def test_a_paper_without_methods_is_a_sentence(tmp_path):
-    with pytest.raises(ReflectError, match="yu"):
-        bench.bench("yu", tmp_path, print)
+    with pytest.raises(ReflectError, match="nielsen"):
+        bench.bench("nielsen", tmp_path, print)
     assert not (tmp_path / "targets.json").exists()

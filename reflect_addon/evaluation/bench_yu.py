@@ -1,0 +1,148 @@
+"""The targets of yu-2005, Y1 to Y6, and what issue 4 claims of `columns`: two bakes, of the paper's size and of few views with
+depths, and all that is measured on them.
+
+The bake of the paper's size has one path a texel. Its slabs have depths; drawn with one focal plane they are the paper's.
+Frames are the reflection passes alone (ray map, look-up, resolve): a room drawn with them would bring every ratio nearer to 1.
+"""
+
+import numpy as np
+
+from ..core.asset import Asset
+from ..core.light_field import SLABS
+from ..core.processes import temporary_folder
+from ..core.rays import Rays
+from ..scene.look import read_look
+from . import bench_yu_bake, bench_yu_rays
+from . import bench_yu_columns as room
+from . import bench_yu_scene as scenes
+from .bench_row import row
+
+PAPER = {"views": 32, "view_texels": 128, "samples": 1}
+FEW = {"views": 8, "view_texels": 128, "samples": 4}
+SIZE = (512, 512)  # Y1, Y2
+TURNS, FRAMES = 9, 2
+PAPERS_RATE = [80 / 400, 90 / 340, 70 / 260, 70 / 200]
+LEVEL = 1.15
+MEMORY = 2.0  # GiB
+LOOK, PATHS = (160, 120), 32  # pictures of the claims, and Cycles' paths a ray of their truth
+JUDGED = (320, 240)  # pictures of Y6: what is best for few rays is best for nothing else
+TIMES = (1, 30, 60)  # frames of the claims
+SMALL, MOVED, SMOOTH = (80, 60), range(13, 37), 32  # flicker: pictures, frames, paths a ray
+ENVIRONMENT: dict = {}  # settings over environment's defaults
+
+
+def measure(progress) -> list[dict]:
+    """Rows for targets.json."""
+    progress(0.0, "yu: rays and look-ups")
+    rows = bench_yu_rays.measure()
+    with temporary_folder("reflect-bench-") as folder:
+        progress(0.03, "yu: baking columns with the paper's size, some minutes")
+        large = scenes.baked_apart(folder / "large", **PAPER)
+        progress(0.5, "yu: baking columns with few views")
+        few = scenes.baked_apart(folder / "few", **FEW)
+        rows += _memory(large)
+        progress(0.58, "yu: frames")
+        scene = scenes.columns()
+        environment = room.environment_at(scene, 1, **ENVIRONMENT)
+        rows += _frames(large.asset, few.asset, environment)
+        progress(0.75, "yu: the ball on its way")
+        scene = scenes.columns()
+        rows += _claims(scene, large.asset, few.asset)
+        progress(0.9, "yu: baking beside a plain render")
+        rows += bench_yu_bake.measure(scene)
+    progress(1.0, "yu: done")
+    return rows
+
+
+def _memory(large: scenes.Baked) -> list[dict]:
+    """Y3 and the bake's."""
+    asset, peak = large.asset, large.peak / 2**30
+    texels = SLABS * (asset.options["views"] * asset.options["texels"]) ** 2
+    size, bits = asset.bytes() / 2**20, asset.bytes() * 8 / texels
+    what = f"{len([p for p in _places(asset) if p >= 0])} slabs of {asset.options['views']}x{asset.options['views']} views of {asset.options['texels']} texels a side"
+    return [
+        row("Y3", size, 48, size <= 48, f"MiB of {what} as half floats with depths, {bits:.0f} bits a ray.", paper=64),
+        row("I4-peak", peak, MEMORY, peak <= MEMORY,
+            f"GiB, the most memory of the process that traced and saved {what}, {asset.uniforms['rays'] / 1e6:.0f} M rays of one path, Blender included."),
+    ]  # fmt: skip
+
+
+def _places(asset: Asset) -> list[float]:
+    return [*asset.uniforms["slab_place"], *asset.uniforms["slab_place_back"]]
+
+
+def _frames(large: Asset, few: Asset, environment: Asset) -> list[dict]:
+    """Y1, Y2."""
+    from ..gpu.renderer import Renderer
+    from ..gpu.timing import processor_clock, time_in_turns
+
+    shapes, plain = scenes.shapes(SIZE), room.with_depth(large, False)
+    kinds = {"empty": None, "environment": environment, "plain": plain, "few": room.with_depth(few, True)}
+    renderers = [Renderer(s.snapshot, {"": a} if a else {}) for s in shapes for a in kinds.values()]
+    # One shape with all depths: the slabs of the paper's size take 800 MB each time they are drawn from.
+    renderers.append(Renderer(shapes[1].snapshot, {"": room.with_depth(large, True)}))
+    cameras = [s.camera for s in shapes for _ in kinds] + [shapes[1].camera]
+    seen = [renderers[i * len(kinds)].ray_map(s.camera) for i, s in enumerate(shapes)]
+    covered = np.array([m.covered().sum() for m in seen])
+    times = time_in_turns([r.work(c) for r, c in zip(renderers, cameras, strict=True)], TURNS, FRAMES, processor_clock())
+    for renderer in renderers:
+        renderer.free()
+    ms = times.ms[:-1].reshape(len(shapes), len(kinds), -1)
+    empty, base, own, corrected = ms.swapaxes(0, 1)
+    rate, depth = np.median(base / own, -1), np.median(base / corrected, -1)
+    most = float(np.median(base[1] / times.ms[-1]))
+    alone = np.median((own - empty) / covered[:, None], -1)
+    level = float(alone.max() / alone.min())
+    rays = [m.rays() for m in seen]
+    looks = [bench_yu_rays.looks(plain, Rays(r.origin[::16], r.direction[::16])) for r in rays]
+    deep = [bench_yu_rays.looks(kinds["few"], Rays(r.origin[::16], r.direction[::16])) for r in rays]
+    what = (
+        f"{', '.join(f'{s.name} ({s.faces:,} faces)' for s in shapes)} in columns, {SIZE[0]}x{SIZE[1]}, covering "
+        f"{', '.join(f'{c / m.covered().size:.0%}' for c, m in zip(covered, seen, strict=True))}"
+    )
+
+    def listed(values) -> str:
+        return ", ".join(f"{v:.2f}" for v in values)
+
+    return [
+        row("Y1", rate.tolist(), 0.5, rate.min() >= 0.5,
+            f"Frame rate over environment's, 32x32 views of 128x128, one focal plane a slab: {what}; look-ups a ray {listed(looks)}.",
+            paper=PAPERS_RATE),
+        row("Y1-depth", depth.tolist(), 0.35, depth.min() >= 0.35,
+            f"The same, 8x8 views with depths; texels a ray over 4: {listed(deep)}. With 32x32 and depths {most:.2f} (sphere)."),
+        row("Y2", level, LEVEL, level <= LEVEL,
+            f"Of Y1's frames: longest over shortest time a covered pixel after taking off those without a light field (rasterising, resolve): {listed(alone / alone.min())}.",
+            paper=90 / 70),
+    ]  # fmt: skip
+
+
+def _claims(scene, large: Asset, few: Asset) -> list[dict]:
+    """Y6, and the issue's claims."""
+    frames = [room.frame_of(scene, n, LOOK, PATHS) for n in TIMES]
+    bases = [f.rmse(room.environment_at(scene, n, **ENVIRONMENT)) for n, f in zip(TIMES, frames, strict=True)]
+    plain, depth = room.with_depth(large, False), room.with_depth(few, True)
+    ours, corrected, both = ([f.rmse(a) / b for f, b in zip(frames, bases, strict=True)] for a in (plain, depth, room.with_depth(large, True)))
+    times = f"columns at frames {', '.join(map(str, TIMES))}, {LOOK[0]}x{LOOK[1]}: RMSE over that of environment baked anew at each frame"
+    rows = [
+        row("I4-columns", ours, 0.5, max(ours) <= 0.5, f"{times}; 32x32x128x128, one path a texel, one bake for all."),
+        row("I4-columns-depth", corrected, 1 / 3, max(corrected) <= 1 / 3,
+            f"{times}; 8x8x128x128 with depths, four paths a texel. 32x32 with depths: {', '.join(f'{v:.2f}' for v in both)}."),
+    ]  # fmt: skip
+    look = read_look(scene)
+    many = [room.frame_of(scene, n, SMALL, SMOOTH, truths=2) for n in MOVED]
+    values = [room.flicker(asset, many, look) for asset in (plain, depth)]
+    worst = [own / true for own, true in values]
+    rows.append(row(
+        "I4-flicker", worst, 2.0, max(worst) <= 2,
+        f"Root mean square of second differences in time of display values over the truth's own, frames {MOVED[0]} to {MOVED[-1]} of columns, "
+        f"{SMALL[0]}x{SMALL[1]}: 32x32 without depths, 8x8 with.",
+    ))  # fmt: skip
+    judged = [room.frame_of(scene, n, JUDGED, PATHS) for n in TIMES]
+    found = room.scan(plain, judged)
+    best = found.over_best()
+    return [*rows, row(
+        "Y6", best, 1.05, best <= 1.05,
+        f"RMSE with the automatic focal planes over that with each slab's best of a scan of {room.SCAN}, columns at the same frames, "
+        f"{JUDGED[0]}x{JUDGED[1]}; over the best one for all slabs {found.over_one():.3f}, over no disparity {found.over_sky():.2f}; slab by slab "
+        f"{', '.join(f'{v:.2f}' for v in found.by_slab())} (share of the error {', '.join(f'{v:.3f}' for v in found.shares())}).",
+    )]  # fmt: skip
