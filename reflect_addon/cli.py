@@ -74,6 +74,7 @@ def parser() -> argparse.ArgumentParser:
     render.add_argument("--method", required=True, metavar="A")
     render.add_argument("--out", type=_picture, required=True, metavar="PICTURE.png|.exr")
     render.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+    render.add_argument("--background", action="store_true", help="from the method's assets too, not from Cycles (light_field)")
     _view(render, default_samples=16)
     _settings(render, samples=False)
 

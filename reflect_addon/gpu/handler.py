@@ -7,10 +7,10 @@ depsgraph walked, while drawing); the callback uploads what the timer brought, o
 import traceback
 
 import bpy
-import numpy as np
 from bpy.app.handlers import persistent
 
-from ..core.camera import Camera
+from ..core.background import background_of
+from ..scene.camera import viewport_camera
 from . import session as viewport_session
 from .program import forget_programs
 
@@ -19,14 +19,6 @@ DEPTH_BIAS = 1e-5
 _DELAY = 0.05  # s between a change and the walk: a drag sends a change per frame
 
 _handle = None
-
-
-def viewport_camera(region, region_data) -> Camera:
-    """The camera of a 3D viewport."""
-    view = np.array(region_data.view_matrix, np.float64)
-    return Camera(
-        np.linalg.inv(view), np.array(region_data.window_matrix, np.float64), int(region.width), int(region.height)
-    )
 
 
 def draw(context):
@@ -41,7 +33,9 @@ def draw(context):
     try:
         renderer = found.current_renderer()
         if renderer is not None and context.region.width > 0 and context.region.height > 0:
-            renderer.draw_overlay(viewport_camera(context.region, context.region_data), DEPTH_BIAS)
+            camera = viewport_camera(context.region, context.region_data)
+            behind = background_of(renderer.assets, renderer.snapshot, camera) if found.background else None
+            renderer.draw_overlay(camera, DEPTH_BIAS, behind)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
         found.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
         traceback.print_exc()

@@ -33,6 +33,18 @@ RAY_MAP = ProgramInfo(
     **_SURFACE,
 )
 
+# The index that stands for the background in a ray map: pixels that hold the camera's own ray (core/background.py).
+BACKGROUND = -2
+CAMERA_RAYS = ProgramInfo(
+    name="reflect_background_rays",
+    vertex="fullscreen.vert.glsl",
+    fragment="background_rays.frag.glsl",
+    attributes=(("FLOAT", "unused"),),
+    blocks=(VIEW_BLOCK,),
+    uniforms=(("MAT4", "rel_from_clip"), ("VEC3", "pixel")),
+    outputs=RAY_MAP.outputs,
+)
+
 
 def surface_info(name: str, fragment: str, **more) -> ProgramInfo:
     """A program that draws the snapshot's meshes with another fragment stage (the viewport's last pass)."""
@@ -88,13 +100,16 @@ class RayMapPass:
             id(s.instance): _box_corners(snapshot.world_positions(s.instance)) for s in self.sections
         }
 
-    def draw(self, view: View, target: RayMapTarget, gpu):
-        """Occluders into depth, then the reflectors' rays where nothing hides them."""
+    def draw(self, view: View, target: RayMapTarget, gpu, background=None):
+        """Occluders into depth, then the reflectors' rays where nothing hides them. background: a full-screen batch: then all
+        other pixels hold the camera's own rays."""
         target.clear()
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
             gpu.state.face_culling_set("NONE")
+            if background is not None:
+                self._draw_camera_rays(view, target, gpu, background)
             gpu.state.depth_test_set("LESS_EQUAL")
             gpu.state.depth_mask_set(True)
             if self.hiders:
@@ -111,6 +126,17 @@ class RayMapPass:
                 self.draw_sections(view, program(RAY_MAP, self.counts))
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
+
+    def _draw_camera_rays(self, view: View, target: RayMapTarget, gpu, batch):
+        gpu.state.depth_test_set("NONE")
+        gpu.state.depth_mask_set(False)
+        shader = program(CAMERA_RAYS, self.counts)
+        shader.bind()
+        shader.block("view", view.buffer)
+        shader.set("rel_from_clip", view.rel_from_clip)
+        shader.set("pixel", (BACKGROUND, 2.0 / target.width, 2.0 / target.height))
+        shader.draw(batch)
+        self.counts.draws += 1
 
     def draw_sections(self, view: View, shader: Program, bind=lambda shader: None):
         """All reflectors with a program made by surface_info; `bind` sets what else it needs."""

@@ -24,6 +24,7 @@ class ViewportSession:
     surfaces: Asset | None = None  # the scene's surface radiance, where it was baked
     method: str = ""  # "" = off
     attenuation: float | None = None  # half distance, m
+    background: bool = False  # draw the background from the assets, too, where one holds the view's eye
     kernel: Callable[[str], Callable] = registered_kernel
     dirty: bool = True  # the scene changed since the last refresh
     message: str = ""  # why drawing stopped, for the panel; "" while all is well

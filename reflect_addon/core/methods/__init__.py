@@ -13,6 +13,8 @@ and may have
     remark(asset, scene, reflector) -> str       a sentence when the asset no longer serves the reflector where it is now
     predicted_bytes(job: BakeJob) -> int         memory of the asset, before it is baked
     report(asset) -> str                         what was left out, as a sentence
+    holds(asset, points) -> (N,) bool            whether any ray from these places is answered, a camera's too (core/background.py)
+    focused(asset, distance) -> Asset            the asset with another focal plane, sharing its images (m from its middle, 0 = its own)
 """
 
 from types import ModuleType

@@ -6,6 +6,7 @@ it. A reflected ray is looked up in the four views around it and blended (core/l
 depend on the scene; the reflector moves in its cell without a new bake.
   * With `depth` every view also stores how far it sees, and each ray is looked up in each view where that view sees what the
     ray meets: 8 x 8 views with depths show more than 32 x 32 without.
+  * A camera in the cell (`cameras`) sees its background from the same slabs: its own rays take the reflected ones' place.
   * Without, all views of a slab share one focal plane, found from the views themselves (core/light_field_focus.py).
 Where we depart. Per-view depth; the camera planes (core/light_field.py); only texels that some reflected ray can reach are
 traced, only slabs that one reaches are stored (core/light_field_reach.py); after a change in the scene only the views that saw
@@ -18,6 +19,7 @@ import numpy as np
 
 from .. import spaces
 from ..asset import Asset
+from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
 from ..light_field import SLABS, Cell, cell_of
@@ -44,11 +46,14 @@ SETTINGS = {
                           "another bake. Without it, its place at this frame alone"),
     "room": Setting("Room", "How much wider the cell is than what it holds, on every side, as a share of its size: room for the "
                     "reflector to be moved about in", high=10.0, soft_high=1.0),
+    "cameras": Setting("Camera in Cell", "The cell also holds the scene's camera (with Whole Path, its way over all frames), so that "
+                       "the background can be shown from the light field, too"),
     "shared": Setting("One Cell for All", "One cell around all reflectors that are baked together, instead of one for each. They do not "
                       "see each other"),
 }  # fmt: skip
 DEFAULTS = {
-    "views": 8, "view_texels": 128, "samples": 4, "depth": True, "whole_path": True, "room": 0.0, "shared": False,
+    "views": 8, "view_texels": 128, "samples": 4, "depth": True, "whole_path": True, "room": 0.0, "cameras": False,
+    "shared": False,
 }  # fmt: skip
 
 
@@ -92,6 +97,7 @@ def bake(job: BakeJob) -> Asset:
         uniforms={
             **cell.uniforms(), "light_scale": scale, "focus": tuple(planes[0::2]), "focus_back": tuple(planes[1::2]),
             **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(again[1]), "rays_made": float(again[0])},
+            "everywhere": float(reach.is_everything()),
         },
         options={"views": cell.views, "texels": cell.texels, "depth": bool(job.settings["depth"]), "coded": False},
         settings=dict(job.settings),
@@ -104,12 +110,23 @@ def plan(job: BakeJob) -> tuple[Cell, Reach]:
     """The cell of the job's reflectors and what of it they reach; nothing is traced for it."""
     asked = job.settings
     ways = [job.way(r) if asked["whole_path"] else job.scene.bounds([r]) for r in job.reflectors()]
+    if asked["cameras"]:
+        ways.append(_camera_way(job))
     low, high = np.min([w[0] for w in ways], 0), np.max([w[1] for w in ways], 0)
     moves = not np.allclose([low, high], job.scene.bounds(job.reflectors()), atol=1e-4 * np.linalg.norm(high - low))
     room = float(asked["room"]) * (high - low)
     cell = Cell.around(low - room, high + room, int(asked["views"]), int(asked["view_texels"]))
-    reach = reach_of(job, moves or asked["room"] > 0)
+    reach = reach_of(job, moves or asked["room"] > 0 or bool(asked["cameras"]))
     return Cell(cell.center, cell.half, cell.views, cell.texels, slabs=reach.slabs()), reach
+
+
+def _camera_way(job: BakeJob) -> tuple[np.ndarray, np.ndarray]:
+    way = job.camera_way() if job.settings["whole_path"] else job.camera_now()
+    if way is None:
+        raise ReflectError(
+            f"The scene {job.scene.scene_name} has no camera for a cell that holds the camera.", "Add one, or leave Camera in Cell off."
+        )
+    return way
 
 
 def predicted_bytes(job: BakeJob) -> int:
@@ -124,10 +141,19 @@ def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
-    """A sentence when a reflector has left its cell, else ""."""
-    if cell_of(asset).contains(scene.world_positions(reflector)).all():
-        return ""
-    return f"{reflector.name} has left its light field's cell: bake again, with Room or Whole Path if it is to move."
+    """A sentence when a reflector, or the camera that the cell was made for, has left its cell, else ""."""
+    cell, left = cell_of(asset), "has left its light field's cell: bake again, with Room or Whole Path if it is to move."
+    if not cell.contains(scene.world_positions(reflector)).all():
+        return f"{reflector.name} {left}"
+    if asset.settings.get("cameras") and scene.camera is not None and not cell.contains(scene.camera):
+        return f"The camera {left}"
+    return ""
+
+
+def holds(asset: Asset, points: np.ndarray) -> np.ndarray:
+    """(N,) bool: (N, 3) world points from which any ray is answered: those in the cell, when all directions were traced
+    ("as long as the viewpoint does not move out of the bounding slabs", yu-2005 section 6)."""
+    return cell_of(asset).contains(points) & bool(asset.uniforms.get("everywhere"))
 
 
 def report(asset: Asset) -> str:
