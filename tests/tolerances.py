@@ -159,3 +159,7 @@ FOCUS = 0.03
 SLABS_PER_RAY = 1.15
 # How much an answer may change over a band beside a seam, where slabs differ by 1 and up to three of them meet.
 SEAM_SLOPE = 4.0
+# A background's pixel on the GPU against NumPy: half floats of radiances below 1, and the rounding of the ray's direction by
+# float32 matrices, which a painted texel's slope multiplies; and the share of values on the brink between two views' depths.
+BACKGROUND_RADIANCE = 5e-3
+BACKGROUND_SHARE = 2e-3
