@@ -11,9 +11,10 @@ from ..core.asset import Asset, asset_of
 from ..core.background import background_of, can_show, why_none
 from ..core.camera import Camera
 from ..core.errors import ReflectError
+from ..core.focus import can_focus, refocused
 from ..core.progress import teller
 from ..core.snapshot import SceneSnapshot
-from ..scene.bake import chosen_reflectors, load_assets
+from ..scene.bake import chosen_reflectors, load_assets, remarks
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
 from ..scene.look import read_look
@@ -36,11 +37,13 @@ def render_picture(
     assets: Path | None = None,
     settings: dict | None = None,
     background: bool = False,
+    focus: float = 0.0,
     progress=None,
 ) -> None:
     """Writes `out`: .png through the scene's view transform, .exr scene-linear. Assets come from the folder `assets`, or
     are those beside the .blend, baked when they are missing or stale. background: it comes from the assets, too; of the
-    reflectors only what they mirror is then drawn. ReflectError where no asset holds the camera."""
+    reflectors only what they mirror is then drawn. ReflectError where no asset holds the camera. focus: m from the assets' middle
+    to what is sharp, 0 = found by the bake."""
     from ..gpu.device import ensure
     from ..gpu.renderer import Renderer
 
@@ -48,6 +51,8 @@ def render_picture(
     say = teller(progress, "The picture")
     if background and not can_show(method):
         raise ReflectError(*why_none(method))
+    if focus and not can_focus(method):
+        raise ReflectError(f"The method {method} has no focus.", "Leave --focus out, or choose light_field.")
     with open_frame(scene, frame, say) as snapshot:
         chosen_reflectors(snapshot, ())
         view = camera_of(scene, named_camera(scene, camera), *size)
@@ -61,6 +66,10 @@ def render_picture(
                     f"{assets} has no {method} asset of {', '.join(missing)}.",
                     f"Make it with: reflect bake FILE.blend --methods {method} --out {assets}.",
                 )
+        for asset in {id(a): a for a in loaded.values()}.values():
+            for sentence in remarks(asset, snapshot):
+                say(0.5, f"Warning: {sentence}")
+        loaded = refocused(loaded, focus)
         behind = _background(loaded, snapshot, method, view) if background else None
         if not background:
             say(0.5, "tracing the frame")

@@ -39,9 +39,9 @@ class ViewportSession:
         self.method, self.assets, self.surfaces, self.message, self.dirty = method, dict(assets), surfaces, "", True
 
     def shows_others(self, method: str, assets: dict[str, Asset]) -> bool:
-        """Whether this would be another method, or other assets."""
+        """Whether this would be another method, or assets with other images: something to be uploaded and compiled."""
         same = method == self.method and assets.keys() == self.assets.keys()
-        return not same or any(assets[name] is not self.assets[name] for name in assets)
+        return not same or any(assets[name].images is not self.assets[name].images for name in assets)
 
     def refresh(self) -> bool:
         """Walk the scene if it changed. True when there is something new to draw. Not from a draw callback.

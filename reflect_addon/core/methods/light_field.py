@@ -27,6 +27,7 @@ from ..light_field_change import changed_boxes, seen_parts, views_that_saw
 from ..light_field_focus import focus
 from ..light_field_kernel import answer
 from ..light_field_reach import Reach, reach_of
+from ..light_field_refocus import distance_of, focused
 from ..light_field_slab import Slab, bake_slab, filled, rows_of_views
 from ..remake import parts_of
 from ..settings import Setting
