@@ -16,7 +16,8 @@ from .core.safe_write import check_folder, check_writable, write_whole
 def analyse(arguments) -> None:
     from .evaluation.analyse import analyse_scene, as_text
 
-    found = analyse_scene(_scene(arguments))
+    settings = _given(arguments, registry.names())
+    found = analyse_scene(_scene(arguments), settings)
     _print(arguments, json.dumps(found, indent=1) if arguments.json else as_text(found))
 
 
@@ -226,7 +227,7 @@ def _given(arguments, wanted: tuple[str, ...]) -> dict[str, object]:
     given = dict(arguments.set)
     if arguments.resolution:
         given["resolution"] = arguments.resolution
-    if arguments.verb == "bake" and arguments.samples:
+    if arguments.verb in ("analyse", "bake") and arguments.samples:
         given["samples"] = arguments.samples
     registry.check_settings(tuple(n for n in wanted if n != EEVEE), dict(arguments.set))
     return given

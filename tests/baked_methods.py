@@ -16,7 +16,8 @@ from reflect_addon.core.snapshot import Material, SceneSnapshot
 GOLD = Material("gold", metallic=1.0, roughness=0.15, base_color=(1.0, 0.8, 0.4), is_reflector=True)
 LACQUER = Material("lacquer", roughness=0.0, ior=1.6, is_reflector=True)
 # One map of few points an object: software OpenGL compiles faster.
-SETTINGS = {"resolution": 32, "samples": 1, "texels": 32, "sky_error": 0, "maps": 1, "points": 6, "self_reflections": False}
+SETTINGS = {"resolution": 32, "samples": 1, "texels": 32, "sky_error": 0, "maps": 1, "points": 6, "self_reflections": False,
+            "views": 6, "view_texels": 16}
 
 
 def turned(shape: trimesh.Trimesh, at, angle=0.4) -> trimesh.Trimesh:

@@ -159,6 +159,17 @@ FOCUS = 0.03
 SLABS_PER_RAY = 1.15
 # How much an answer may change over a band beside a seam, where slabs differ by 1 and up to three of them meet.
 SEAM_SLOPE = 4.0
+
+# Block-compressed images. A grey ramp of four values: its ends are off by half a step of red and blue at most (0.0065 measured).
+BC1_RAMP = 0.5 / 31 + 1e-6
+# dB of the picture of tests/core/test_bc1.py (40.3 measured; its noise of 0.01, if it were lost, is 40 by itself).
+BC1_PSNR = 40.0
+# Median relative error of radiance behind hdr_code with a sun of 7e4: 21 stops in 31 and 63 steps, thirds in between (0.049 measured).
+BC1_HDR_MEDIAN = 0.08
+# hdr_code back and forth: float32's rounding of e, 6e-8, times 28 stops, times ln 2.
+HDR_CODE = 5e-6
+# A texel of BC1 on a GPU: Mesa's rounds both colours to 8 bits and cuts the thirds between them (0.0060 measured).
+BC1_TEXEL = 2 / 255
 # A background's pixel on the GPU against NumPy: half floats of radiances below 1, and the rounding of the ray's direction by
 # float32 matrices, which a painted texel's slope multiplies; and the share of values on the brink between two views' depths.
 BACKGROUND_RADIANCE = 5e-3

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .asset_images import kind_of
 from .snapshot import Instance
 
 # What a half float may hold with its full 11 bits; images above it are stored divided by a power of two.
@@ -29,8 +30,8 @@ class Part:
 class Asset:
     """What a method looks its answers up in, for one reflector (or for all: reflector == "").
 
-    images: name ending in _tx (float16 (H, W, 4): radiance and what goes with it, filtered or fetched) or _buf
-    (float32 (H, W, 4): tables, fetched exactly). Row 0 is the bottom.
+    images: name ending in _tx (float16 (H, W, 4): radiance and what goes with it, filtered or fetched), _buf (float32
+    (H, W, 4): tables, fetched exactly) or _bc1 (uint8 (H / 4, W / 4, 8): BC1 blocks). Row 0 is the bottom.
     uniforms: name -> float or tuple of 2 to 4 floats; changing one needs no new shader.
     options: name -> int, float, bool or str that the kernel reads while it is recorded; changing one makes another
     shader variant (a count of loop steps, a switch).
@@ -50,8 +51,8 @@ class Asset:
     light_hash: str = ""  # SceneSnapshot.light_hash that its radiance was made under
 
     def bytes(self) -> int:
-        """Memory on the GPU: 8 bytes a texel of _tx, 16 of _buf."""
-        return sum(a.shape[0] * a.shape[1] * (8 if name.endswith("_tx") else 16) for name, a in self.images.items())
+        """Memory on the GPU: 8 bytes a texel of _tx, 16 of _buf, half a byte of _bc1."""
+        return sum(a.shape[0] * a.shape[1] * kind_of(name).bytes for name, a in self.images.items())
 
     def joined(self, *others: "Asset") -> "Asset":
         """This asset with the images, uniforms and options of those it requires. A name in two of them is an error."""

@@ -1,4 +1,4 @@
-"""Assets on disk: a folder with asset.json and one .npy per image (design.md, "Assets on disk").
+"""Assets on disk: a folder with asset.json and one file per image (design.md, "Assets on disk").
 
 Writing. Everything is written and flushed in a temporary folder beside the target. A first asset is that folder,
 renamed. A later one cannot be renamed over the earlier (no system replaces a full folder in one step), so image files
@@ -20,7 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
+from . import image_files
 from .asset import Asset, Part
+from .asset_images import KINDS, ImageKind, kind_of
 from .asset_places import asset_folder  # noqa: F401  where the folders lie: one interface with this module
 from .errors import ReflectError
 from .processes import remove_abandoned, temporary_name
@@ -30,16 +32,11 @@ JSON_NAME = "asset.json"
 MAX_JSON_BYTES = 4 << 20  # an asset.json is a few kilobytes; more is not ours
 MAX_SIDE = 16384  # texels: the largest texture that Blender's OpenGL promises here
 MAX_BYTES = 4 << 30  # of all images together: past this no GPU of today draws it in real time
-DTYPES = {"tx": "<f2", "buf": "<f4"}  # by the image's suffix (core/asset.py)
-UNITS = {"tx": "radiance, scene-linear Rec.709 / scale", "buf": "table, see the method"}
 
 BAKE_AGAIN = "Bake it again."
-_IMAGE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(tx|buf)")
-_FILE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(?:tx|buf)-[0-9a-f]{12}\.npy")
+_IMAGE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(?:%s)" % "|".join(KINDS))
+_FILE_NAME = re.compile(_IMAGE_NAME.pattern + r"-[0-9a-f]{12}\.(?:npy|dds)")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
-_NPY_HEADER = re.compile(
-    rb"\{'descr': '(<f[24])', 'fortran_order': False, 'shape': \((\d{1,6}), (\d{1,6}), (\d{1,6})\), \} *\n"
-)
 
 
 def save_asset(asset: Asset, folder: Path) -> Path:
@@ -91,7 +88,7 @@ def load_asset(folder: Path) -> Asset:
     if not isinstance(table, dict) or not all(isinstance(k, str) and _IMAGE_NAME.fullmatch(k) for k in table):
         raise _corrupt(path, "its table of arrays is malformed")
     entries = {name: _checked_entry(path, name, entry) for name, entry in table.items()}
-    total = sum(math.prod(shape) * itemsize for _, shape, itemsize, _ in entries.values())
+    total = sum(_body_bytes(kind, shape) for kind, _, shape, _ in entries.values())
     if total > MAX_BYTES:
         raise _corrupt(path, f"it declares {total / 2**30:.1f} GiB of images, more than {MAX_BYTES >> 30}")
     images = {name: _read_image(folder, *entry) for name, entry in entries.items()}
@@ -110,23 +107,23 @@ def _document(asset: Asset) -> tuple[dict[str, list], bytes]:
     """({file name: [header, array]}, the text of asset.json). ValueError for what could not be read back."""
     files, table = {}, {}
     for name, array in asset.images.items():
-        match = _IMAGE_NAME.fullmatch(name)
-        dtype = DTYPES[match[1]] if match else None
-        if dtype is None or array.dtype != np.dtype(dtype):
-            raise ValueError(f"image {name!r} of asset {asset.kind} is {array.dtype}; _tx is float16, _buf float32")
-        if array.ndim != 3 or array.shape[2] != 4 or not all(1 <= n <= MAX_SIDE for n in array.shape[:2]):
-            raise ValueError(f"image {name!r} of asset {asset.kind} has shape {array.shape}, not (H, W, 4)")
-        array = np.ascontiguousarray(array, dtype)
-        header = _npy_header(dtype, array.shape)
+        kind = kind_of(name) if _IMAGE_NAME.fullmatch(name) else None
+        if kind is None or array.dtype != np.dtype(kind.dtype):
+            raise ValueError(f"image {name!r} of asset {asset.kind} is {array.dtype}; see core/asset_images.py")
+        if array.ndim != 3 or array.shape[2] != kind.items or not all(
+            1 <= n <= MAX_SIDE // kind.side for n in array.shape[:2]
+        ):
+            raise ValueError(f"image {name!r} of asset {asset.kind} has shape {array.shape}, not (H, W, {kind.items})")
+        header, body = image_files.parts_of(kind, array)
         digest = hashlib.sha256(header)
-        digest.update(array)
-        file = f"{name}-{digest.hexdigest()[:12]}.npy"
-        files[file] = [header, array]
+        digest.update(body)
+        file = f"{name}-{digest.hexdigest()[:12]}.{kind.ending}"
+        files[file] = [header, body]
         table[name] = {
             "file": file,
-            "dtype": np.dtype(dtype).name,
+            "dtype": np.dtype(kind.dtype).name,
             "shape": list(array.shape),
-            "unit": UNITS[match[1]],
+            "unit": kind.unit,
             "sha256": digest.hexdigest(),
         }
     document = {
@@ -158,13 +155,6 @@ def _plain(value):
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} is no JSON value")
-
-
-def _npy_header(dtype: str, shape: tuple[int, ...]) -> bytes:
-    """Header of the .npy format 1.0, padded so that the data start at a multiple of 64 bytes."""
-    text = f"{{'descr': '{dtype}', 'fortran_order': False, 'shape': {tuple(shape)}, }}".encode()
-    text += b" " * (-(10 + len(text) + 1) % 64) + b"\n"
-    return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text
 
 
 def _write(path: Path, parts: list) -> None:
@@ -261,36 +251,40 @@ def _checked_fields(path: Path, document: dict) -> dict:
     }
 
 
-def _checked_entry(path: Path, name: str, entry) -> tuple[str, tuple[int, ...], int, str]:
-    """(file name, shape, bytes per value, sha256) of one line of the image table."""
+def _checked_entry(path: Path, name: str, entry) -> tuple[ImageKind, str, tuple[int, ...], str]:
+    """(kind, file name, shape, sha256) of one line of the image table."""
+    kind = kind_of(name)
     entry = entry if isinstance(entry, dict) else {}
     file, shape, sha256 = entry.get("file"), entry.get("shape"), entry.get("sha256")
-    if not isinstance(file, str) or not re.fullmatch(r"[A-Za-z0-9_-]+\.npy", file):
+    if not isinstance(file, str) or not re.fullmatch(r"[A-Za-z0-9_-]+\." + kind.ending, file):
         raise _corrupt(path, f"image {name} names no file inside the folder")
-    dtype = np.dtype(DTYPES[name.rpartition("_")[2]])
+    dtype, most = np.dtype(kind.dtype), MAX_SIDE // kind.side
     if entry.get("dtype") != dtype.name:
         raise _corrupt(path, f"image {name} has type {entry.get('dtype')!r} instead of {dtype.name}")
-    if not isinstance(shape, list) or len(shape) != 3 or not all(_is_int(n) and 1 <= n <= MAX_SIDE for n in shape):
-        raise _corrupt(path, f"image {name} has the shape {str(shape)[:60]}; sides are 1 to {MAX_SIDE}")
-    if shape[2] != 4:
-        raise _corrupt(path, f"image {name} has {shape[2]} channels instead of 4")
+    if not isinstance(shape, list) or len(shape) != 3 or not all(_is_int(n) and 1 <= n <= most for n in shape):
+        raise _corrupt(path, f"image {name} has the shape {str(shape)[:60]}; sides are 1 to {most}")
+    if shape[2] != kind.items:
+        raise _corrupt(path, f"image {name} has {shape[2]} channels instead of {kind.items}")
     if not isinstance(sha256, str) or not re.fullmatch(r"[0-9a-f]{64}", sha256):
         raise _corrupt(path, f"image {name} has no checksum")
-    return file, tuple(shape), dtype.itemsize, sha256
+    return kind, file, tuple(shape), sha256
 
 
-def _read_image(folder: Path, file: str, shape: tuple[int, ...], itemsize: int, sha256: str) -> np.ndarray:
-    """(H, W, 4) array, writable, little-endian. Sizes are compared before memory is taken, the checksum before use."""
-    path, body = folder / file, math.prod(shape) * itemsize
-    data = _read_bytes(path, at_most=body + 1024, at_least=body + 64)
+def _body_bytes(kind: ImageKind, shape: tuple[int, ...]) -> int:
+    return math.prod(shape) * np.dtype(kind.dtype).itemsize
+
+
+def _read_image(folder: Path, kind: ImageKind, file: str, shape: tuple[int, ...], sha256: str) -> np.ndarray:
+    """The array, writable, little-endian. Sizes are compared before memory is taken, the checksum before use."""
+    path, body = folder / file, _body_bytes(kind, shape)
+    at_most, at_least = body + image_files.MOST_HEADER_BYTES, body + image_files.LEAST_HEADER_BYTES
+    data = _read_bytes(path, at_most, at_least)
     if hashlib.sha256(data).hexdigest() != sha256:
         raise _corrupt(path, "its contents do not match their checksum")
-    start = 10 + int.from_bytes(data[8:10], "little")
-    header = _NPY_HEADER.fullmatch(bytes(data[10:start])) if data[:8] == b"\x93NUMPY\x01\x00" else None
-    found = (header[1].decode(), tuple(map(int, header.groups()[1:]))) if header else None
-    if found != (f"<f{itemsize}", shape) or len(data) - start != body:
+    image = image_files.image_of(kind, data, shape)
+    if image is None:
         raise _corrupt(path, f"it does not hold the {'x'.join(map(str, shape))} values that {JSON_NAME} declares")
-    return np.frombuffer(data, f"<f{itemsize}", offset=start).reshape(shape)
+    return image
 
 
 def _read_bytes(path: Path, at_most: int, at_least: int = 0) -> bytearray:

@@ -14,7 +14,7 @@ the plane itself, where no view would show it. A texel's ray starts inside the c
 for a ball that is exactly what lies before it, and what reaches into the cell (a floor that the ball sinks in) is seen. Texels
 whose line passes the cell are never looked up and are not traced.
 
-Atlas. Slabs three in a row, those that are left out without a place, in spaces.py's order of faces; in a slab view (i, j) has
+Atlas. Slabs two in a row, those that are left out without a place, in spaces.py's order of faces; in a slab view (i, j) has
 its lower left texel at (i, j) times `texels`. Texel centres 0 and texels - 1 of a view are its extreme slopes: a look-up inside
 needs no neighbour.
 """
@@ -26,7 +26,9 @@ import numpy as np
 from .rays import Rays
 
 SLABS = 6
-COLUMNS = 3  # slabs side by side in the atlas
+COLUMNS = 2  # slabs side by side in the atlas
+# Slabs in the first image where the atlas is block-compressed: images of sides that are powers of two waste nothing.
+FIRST = 4
 # Slopes that views hold beyond those of the slab, as a share of them: what is near is seen by neighbouring views past their
 # slab's limit, and two slabs are blended where they meet. 1/16 is one view's step of 32 for what is as far from the plane
 # as the slab is long.

@@ -8,8 +8,8 @@ and counts the more the nearer they are, so that nothing jumps from slab to slab
 paper's do.
 """
 
-from . import spaces
-from .light_field import COLUMNS, MARGIN
+from . import hdr_code, spaces
+from .light_field import COLUMNS, FIRST, MARGIN
 
 # Share of the largest component from which on another slab is asked: its views end at slopes of 1 + MARGIN.
 BAND = MARGIN / (1 + MARGIN)
@@ -98,7 +98,7 @@ def _slab(k, asset, ray, start, axis, back, place):
         # Texels that what lies at 1 / z = 1 moves from one view to the next.
         move_b=k.name("move_b", side_b * (2.0 / n) / reach_b * (0.5 * m)),
         move_c=k.name("move_c", side_c * (2.0 / n) / reach_c * (0.5 * m)),
-        x=(place - row * COLUMNS) * width, y=row * width,
+        x=(place - row * COLUMNS) * width, y=row * width, place=place,
         focus=k.name("focus", k.select(back, by_axis(u["focus_back"]), by_axis(u["focus"]))),
     )  # fmt: skip
 
@@ -115,7 +115,13 @@ def _look(k, asset, slab, corner, q):
     """vec3: radiance."""
     at = _place(k, asset, slab, corner, q)
     if asset.options["coded"]:
-        return hdr_code.decode(k, asset, k.sample(asset.images["light_field_bc1"], at.x, at.y).xyz)
+        first = asset.images["light_field_bc1"]
+        if "light_rest_bc1" in asset.images:
+            rest, high = asset.images["light_rest_bc1"], FIRST // COLUMNS * float(asset.options["views"] * asset.options["texels"])
+            code = k.branch(slab.place < FIRST - 0.5, lambda: (k.sample(first, at.x, at.y),), lambda: (k.sample(rest, at.x, at.y - high),))[0]
+        else:
+            code = k.sample(first, at.x, at.y)
+        return hdr_code.decode(k, asset.uniforms, code.xyz) * asset.uniforms["light_scale"]
     return k.name("view", k.sample(asset.images["light_field_tx"], at.x, at.y)).xyz * asset.uniforms["light_scale"]
 
 
@@ -144,7 +150,7 @@ def _focused(k, asset, slab):
 def _corrected(k, asset, slab):
     """(radiance, q): each view is looked up where it sees what the ray meets by its own depths."""
     k.cite("per-view depth: z = z_i(u_i(z)) by a fixed point, from the focal plane")
-    total, radiance, depth = 0.0, k.vec3(0.0), 0.0
+    total, radiance, depth, solid = 0.0, k.vec3(0.0), 0.0, 0.0
     for n, corner in enumerate(slab.corners):
         share = (slab.fs if n % 2 else 1.0 - slab.fs) * (slab.ft if n // 2 else 1.0 - slab.ft)
         q = slab.focus
@@ -154,5 +160,6 @@ def _corrected(k, asset, slab):
         off = k.abs(seen - q) / k.max(k.max(seen, q), 1e-9)
         weight = k.name("weight", (share + 1e-4) / (1.0 + (off / AGREE) * (off / AGREE)))
         total, radiance = total + weight, radiance + _look(k, asset, slab, corner, q) * weight
-        depth = depth + seen * weight
-    return radiance * (1.0 / total), depth / total
+        depth, solid = depth + seen * weight, solid + k.select(seen > 0.0, weight, 0.0)
+    # The sky has no distance to be blended with.
+    return radiance * (1.0 / total), k.select(solid > 0.5 * total, depth / k.max(solid, 1e-6), 0.0)

@@ -14,6 +14,7 @@ from .asset import half_with_scale
 from .job import BakeJob
 from .lamp_hits import with_lamps
 from .light_field import Cell, bundle
+from .pull_push import continued
 from .rays import Hits
 
 UNTRACED = -1.0
@@ -75,11 +76,17 @@ def _q(cell: Cell, face: int, hits: Hits) -> np.ndarray:
     return np.where(hits.hit, cell.size() / np.maximum(z, NEAREST * cell.size()), 0.0).astype(np.float16)
 
 
-def filled(slab: Slab) -> Slab:
-    """Texels that were not traced show the mean of the others: a ray that nobody foresaw is answered vaguely, not black."""
+def filled(slab: Slab, cell: Cell) -> Slab:
+    """Texels that were not traced continue what their view saw: blocks that hold both kinds compress as well as others, and a
+    ray that nobody foresaw is answered vaguely, not black."""
     traced = slab.traced()
-    if traced.all() or not traced.any():
+    if traced.all():
         return slab
-    texels = slab.texels.copy()
-    texels[~traced, :3] = slab.texels[traced][:, :3].mean(0, dtype=np.float64)
+    texels, m = slab.texels.copy(), cell.texels
+    for y in range(0, cell.slab_side(), m):
+        for x in range(0, cell.slab_side(), m):
+            view, known = texels[y : y + m, x : x + m], traced[y : y + m, x : x + m, None]
+            if known.any() and not known.all():
+                seen = np.concatenate([view[..., :3] * known, known], -1, dtype=np.float32)
+                view[..., :3] = continued(seen)[..., :3]
     return Slab(texels, slab.scale)

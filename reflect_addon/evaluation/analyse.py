@@ -4,13 +4,18 @@ import bpy
 
 from ..core import methods as registry
 from ..core.errors import ReflectError
-from ..scene.bake import is_stale, load_assets
+from ..core.job import BakeJob
+from ..scene.bake import load_assets
+from ..scene.freshness import is_stale, remark, settings_for
+from ..scene.intersect import intersector
 from ..scene.places import assets_of
+from ..scene.ways import ways
 from .frame import open_frame
 
 
-def analyse_scene(scene: bpy.types.Scene) -> dict:
-    """JSON-ready: scene, reflectors, warnings, methods with the state and bytes of their assets."""
+def analyse_scene(scene: bpy.types.Scene, settings: dict[str, object] | None = None) -> dict:
+    """JSON-ready: scene, reflectors, warnings, methods with the state and bytes of their assets, and what a bake with these
+    settings would take."""
     folder = assets_of(scene)
     with open_frame(scene, None) as snapshot:
         reflectors = []
@@ -29,7 +34,7 @@ def analyse_scene(scene: bpy.types.Scene) -> dict:
                     ],
                 }
             )
-        methods = [_method(name, snapshot, folder) for name in registry.names()]
+        methods = [_method(name, snapshot, folder, settings or {}) for name in registry.names()]
     return {
         "file": bpy.data.filepath,
         "scene": scene.name,
@@ -44,27 +49,37 @@ def analyse_scene(scene: bpy.types.Scene) -> dict:
     }
 
 
-def _method(name: str, snapshot, folder) -> dict:
-    """State: 'not baked', 'fresh', 'stale', 'incomplete', or why it cannot be read. Predicted: of the cube map alone, the
-    part whose size the settings fix."""
+def _method(name: str, snapshot, folder, settings: dict) -> dict:
+    """State: 'not baked', 'fresh', 'stale', 'incomplete', or why it cannot be read. notes: what there is to say of its assets."""
+    found = {"name": name, "bytes": None, "predicted_bytes": _predicted(name, snapshot, settings), "notes": []}
     try:
-        assets = load_assets(snapshot, name, folder)
+        assets = load_assets(snapshot, name, folder, alone=True)
     except ReflectError as error:
-        return {"name": name, "state": f"unreadable: {error.message}", "bytes": None, "predicted_bytes": _predicted(name, snapshot)}
+        return {**found, "state": f"unreadable: {error.message}"}
     if not assets:
-        state = "not baked"
-    elif any(is_stale(snapshot, a) for a in assets.values()):
+        return {**found, "state": "not baked"}
+    if any(is_stale(snapshot, a) for a in assets.values()):
         state = "stale"
     else:
         state = "fresh" if len(assets) == len(snapshot.reflectors()) else "incomplete"
-    size = sum(a.bytes() for a in assets.values()) if assets else None
-    return {"name": name, "state": state, "bytes": size, "predicted_bytes": _predicted(name, snapshot)}
+    report = getattr(registry.get(name), "report", lambda asset: "")
+    notes = [s for r in snapshot.reflectors() if r.name in assets for s in (remark(assets[r.name], snapshot, r), report(assets[r.name]))]
+    size = sum(asset.bytes() for asset in {id(a): a for a in assets.values()}.values())
+    return {**found, "state": state, "bytes": size, "notes": list(dict.fromkeys(filter(None, notes)))}
 
 
-def _predicted(name: str, snapshot) -> int:
-    """Half floats of the cube maps in a method and what it requires, with a third for mip levels."""
+def _predicted(name: str, snapshot, settings: dict) -> int:
+    """What the method says; else half floats of the cube maps in it and what it requires, with a third for mip levels: the part
+    whose size the settings fix."""
+    method = registry.get(name)
+    if hasattr(method, "predicted_bytes"):
+        asked = settings_for(name, settings)
+        chosen, intersect, bounds = snapshot.reflectors(), intersector(snapshot), ways(snapshot)
+        together = chosen if asked.get("shared") else ()
+        jobs = [BakeJob(snapshot, r, None, intersect, asked, together=together, bounds=bounds) for r in chosen]
+        return sum(method.predicted_bytes(job) for job in jobs[: 1 if together else None])
     kinds = registry.with_required((name,))
-    texels = [6 * int(registry.get(k).DEFAULTS.get("resolution", 0)) ** 2 for k in kinds]
+    texels = [6 * int(settings_for(k, settings).get("resolution", 0)) ** 2 for k in kinds]
     return int(sum(texels) * 8 * 4 / 3) * len(snapshot.reflectors())
 
 
@@ -86,5 +101,6 @@ def as_text(found: dict) -> str:
     for m in found["methods"]:
         size = f"{m['bytes'] / 1e6:.2f} MB" if m["bytes"] else f"about {m['predicted_bytes'] / 1e6:.2f} MB to bake"
         lines.append(f"  {m['name']}: {m['state']}, {size}")
+        lines += [f"    {note}" for note in m["notes"]]
     lines += [f"Warning: {w}" for w in found["warnings"]]
     return "\n".join(lines)

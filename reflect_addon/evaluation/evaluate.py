@@ -22,7 +22,8 @@ from ..core.progress import Progress, teller
 from ..core.rays import RayMap, Rays
 from ..core.snapshot import SceneSnapshot
 from ..gpu.timing import time_in_turns
-from ..scene.bake import chosen_reflectors, remarks
+from ..scene.bake import chosen_reflectors
+from ..scene.freshness import remarks
 from ..scene.look import read_look
 from . import eye, peer
 from .assets import assets_for

@@ -14,9 +14,10 @@ from ..core.errors import ReflectError
 from ..core.focus import can_focus, refocused
 from ..core.progress import teller
 from ..core.snapshot import SceneSnapshot
-from ..scene.bake import chosen_reflectors, load_assets, remarks
+from ..scene.bake import chosen_reflectors, load_assets
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
+from ..scene.freshness import remarks
 from ..scene.look import read_look
 from ..scene.raytrace import primary
 from .assets import assets_for

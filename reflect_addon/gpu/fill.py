@@ -18,7 +18,7 @@ from .program import ProgramInfo, call_text, program
 from .state import drawing_state
 from .targets import ReflectionTarget
 from .timing import Work
-from .upload import read_texture, texture_from, triangle_batch
+from .upload import read_texture, texture_bytes, texture_from, triangle_batch
 
 _RAY = {"origin": "origin.xyz", "direction": "direction.xyz", "width": "width", "spread": "direction.w"}
 _LOBE_RAY = {"origin": "origin.xyz", "direction": "ray_direction", "width": "width", "spread": "spread"}
@@ -59,7 +59,7 @@ class TextureCache:
         self._kept[id(array)] = (array, texture)
 
     def bytes(self) -> int:
-        return sum(t.width * t.height * (8 if t.format == "RGBA16F" else 16) for _, t in self._kept.values())
+        return sum(texture_bytes(texture) for _, texture in self._kept.values())
 
     def keep_only(self, assets):
         """Let go of textures that none of these assets has."""

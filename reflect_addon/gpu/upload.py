@@ -9,10 +9,12 @@ import numpy as np
 
 from ..core.errors import ReflectError
 from ..core.snapshot import Mesh
+from . import compressed
 from .counts import Counts
 from .device import ensure, max_texture_side
 
-_TEXEL_BYTES = {"RGBA16F": 8, "RGBA32F": 16, "R32F": 4}
+# RGBA8 is what a driver without BC1 gets, with the levels below it.
+_TEXEL_BYTES = {"RGBA16F": 8, "RGBA32F": 16, "R32F": 4, "RGBA8_DXT1": 0.5, "RGBA8": 16 / 3}
 
 
 def check_size(name: str, width: int, height: int):
@@ -26,11 +28,19 @@ def check_size(name: str, width: int, height: int):
 
 
 def texture_from(name: str, array: np.ndarray, counts: Counts, format: str | None = None):
-    """A 2-D texture, row 0 at the bottom, from (H, W, 4) float: RGBA16F for names ending in _tx, RGBA32F for _buf.
+    """A 2-D texture, row 0 at the bottom, of an asset's image: RGBA16F for names ending in _tx, RGBA32F for _buf (both from
+    (H, W, 4) floats), RGBA8_DXT1 for _bc1 (compressed.py).
 
     Filtering is off: kernels fetch texels and write their own filters. Raises ReflectError on a wrong shape or size.
     """
     gpu = ensure()
+    if name.endswith("_bc1"):
+        width, height = compressed.size(array)
+        check_size(name, width, height)
+        texture = compressed.texture_from(name, array)
+        counts.uploads += 1
+        counts.upload_bytes += texture_bytes(texture)
+        return texture
     if array.ndim != 3 or array.shape[2] != 4:
         raise ReflectError(f"Image '{name}' has shape {array.shape}, not (height, width, 4).", "Bake this asset again.")
     height, width = array.shape[:2]
@@ -43,8 +53,13 @@ def texture_from(name: str, array: np.ndarray, counts: Counts, format: str | Non
     texture.filter_mode(False)
     texture.extend_mode("EXTEND")
     counts.uploads += 1
-    counts.upload_bytes += width * height * _TEXEL_BYTES[format]
+    counts.upload_bytes += texture_bytes(texture)
     return texture
+
+
+def texture_bytes(texture) -> int:
+    """Memory on the GPU of a texture made here."""
+    return int(texture.width * texture.height * _TEXEL_BYTES[texture.format])
 
 
 def plane_from(name: str, array: np.ndarray, counts: Counts):

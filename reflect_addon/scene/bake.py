@@ -20,9 +20,9 @@ from ..core.errors import ReflectError
 from ..core.kernel import record
 from ..core.job import BakeJob
 from ..core.progress import Progress, teller
-from ..core.remake import REFLECTOR
 from ..core.snapshot import Instance, SceneSnapshot
 from ..core.unfinished import PREFIX, Unfinished
+from .freshness import has_settings, inputs_hash, is_stale, settings_for
 from .intersect import intersector
 from .raytrace import trace
 from .ways import camera_way, ways
@@ -148,24 +148,31 @@ def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings
     save_asset(replace(asset, inputs_hash=inputs, bake_seconds=time.perf_counter() - began), path)
 
 
-def load_assets(scene: SceneSnapshot, method: str, folder: Path) -> dict[str, Asset]:
-    """Reflector name -> asset joined with what it requires, for every reflector that has one on disk.
+def load_assets(scene: SceneSnapshot, method: str, folder: Path, alone: bool = False) -> dict[str, Asset]:
+    """Reflector name -> asset joined with what it requires, for every reflector that has one on disk; unless `alone`, with the
+    method's companion, too, where one is there.
 
     Damaged assets raise ReflectError; reflectors that were never baked are simply missing from the result.
     """
-    found = {}
+    found, joined = {}, {}
     loaded: dict[Path, Asset] = {}
+
+    def load(kind: str, reflector: Instance) -> Asset | None:
+        path = _path(folder, kind, reflector)
+        if path is not None and path not in loaded:
+            loaded[path] = _load(path, kind)
+        return loaded.get(path)
+
     for reflector in scene.reflectors():
-        kinds = (method, *methods.get(method).REQUIRES)
-        paths = [_path(folder, kind, reflector) for kind in kinds]
-        if None in paths:
+        own, *others = assets = [load(kind, reflector) for kind in (method, *methods.get(method).REQUIRES)]
+        if None in assets:
             continue
-        for path, kind in zip(paths, kinds, strict=True):
-            if path not in loaded:
-                loaded[path] = _load(path, kind)
-        own, *others = [loaded[path] for path in paths]
-        shared = next((asset for asset in found.values() if asset.reflector == own.reflector == ""), None)
-        found[reflector.name] = shared or answering(own, others, paths[0])
+        beside = (load(kind, reflector) for kind in (() if alone else methods.companions(method, own.settings)))
+        others += [asset for asset in beside if asset is not None][:1]
+        key = (id(own), *map(id, others))  # one object where reflectors share all of it
+        if key not in joined:
+            joined[key] = answering(own, others, _path(folder, method, reflector))
+        found[reflector.name] = joined[key]
     return found
 
 
@@ -173,36 +180,6 @@ def _path(folder: Path, kind: str, reflector: Instance) -> Path | None:
     """Where the asset for this reflector lies: its own, or the one for all."""
     places = (Path(folder) / asset_name(kind, name) for name in (reflector.name, ""))
     return next((path for path in places if os.path.isfile(path / "asset.json")), None)
-
-
-def is_stale(scene: SceneSnapshot, asset: Asset) -> bool:
-    """Whether the scene is no longer what the asset was baked from."""
-    return not is_fresh(asset, inputs_now(scene, asset)) or bool(remarks(asset, scene))
-
-
-def inputs_now(scene: SceneSnapshot, asset: Asset) -> str:
-    """inputs_hash of the asset's reflectors as the scene is; "" where one of them is gone."""
-    names = _names(asset)
-    reflectors = tuple(r for r in scene.reflectors() if r.name in names)
-    return inputs_hash(scene, asset.kind, reflectors, asset.settings) if len(reflectors) == len(names) else ""
-
-
-def remarks(asset: Asset, scene: SceneSnapshot) -> tuple[str, ...]:
-    """Each remark on the asset's reflectors, once."""
-    names = _names(asset)
-    said = (remark(asset, scene, r) for r in scene.reflectors() if r.name in names)
-    return tuple(dict.fromkeys(filter(None, said)))
-
-
-def _names(asset: Asset) -> set[str]:
-    """Of the reflectors that the asset was baked for."""
-    return {asset.reflector} if asset.reflector else {part.instance for part in asset.parts if part.kind == REFLECTOR}
-
-
-def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
-    """What there is to say of an asset and where its reflector is now, as a sentence; "" when all is well."""
-    says = getattr(methods.get(asset.kind), "remark", None)
-    return says(asset, scene, reflector) if says else ""
 
 
 def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) -> tuple[Instance, ...]:
@@ -223,31 +200,6 @@ def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) 
                 f"Reflectors are: {', '.join(sorted({i.object_name for i in everything}))}.",
             )
     return tuple(i for i in everything if not names or i.name in names or i.object_name in names)
-
-
-def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, object]:
-    """The method's defaults with those overrides that it has, or that its required methods' bake shares."""
-    defaults = methods.get(kind).DEFAULTS
-    return {**defaults, **{k: v for k, v in (overrides or {}).items() if k in defaults}}
-
-
-def has_settings(asset: Asset, overrides: dict[str, object]) -> bool:
-    """Whether a bake with these overrides would ask for what this asset was baked with. (`live`, and a setting that an asset
-    of an earlier version does not know, change nothing in it.)"""
-    asked = settings_for(asset.kind, overrides)
-    return all(value == asked[name] for name, value in asset.settings.items() if name in asked and name != "live")
-
-
-def inputs_hash(scene: SceneSnapshot, kind: str, reflectors: tuple[Instance, ...], settings: dict) -> str:
-    """sha256 over everything that the content of an asset for these reflectors depends on. (`live` adds surfaces beside it and
-    changes nothing.)"""
-    settings = {name: value for name, value in settings.items() if name != "live"}
-    own = getattr(methods.get(kind), "inputs", None)
-    content = own(scene, reflectors) if own else scene.geometry_hash
-    if not content:
-        return ""
-    parts = [content, kind, *(r.name for r in reflectors), json.dumps(settings, sort_keys=True, default=str)]
-    return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def _load(path: Path, kind: str) -> Asset:

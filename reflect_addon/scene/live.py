@@ -18,7 +18,8 @@ from ..core.asset_places import asset_name, scene_folder
 from ..core.errors import ReflectError
 from ..core.focus import refocused
 from ..core.snapshot import SceneSnapshot
-from .bake import answering, has_settings, inputs_now, remark
+from .bake import answering
+from .freshness import has_settings, inputs_now, remark
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
@@ -79,7 +80,8 @@ class Live:
         self.assets, self._joined, self.surfaces, problems = {}, {}, None, []
         self.method, self.folder = scene.reflect.method, assets_of(scene)
         if is_on(scene):
-            for kind in (*methods.with_required([self.method]), surface_asset.KIND):
+            beside = getattr(methods.get(self.method), "COMPANIONS", ())
+            for kind in (*methods.with_required([self.method]), *beside, surface_asset.KIND):
                 for folder in sorted(self.folder.glob(f"{kind}-*")):
                     try:
                         asset = load_asset(folder)
@@ -170,7 +172,11 @@ class Live:
         found = {}
         for reflector in self.snapshot.reflectors():
             assets = [self.asset(kind, reflector.name) for kind in methods.with_required([self.method])]
-            if None not in assets and (asset := self._join(assets)) is not None:
+            if None in assets:
+                continue
+            beside = (self.asset(kind, reflector.name) for kind in methods.companions(self.method, assets[-1].settings))
+            assets = [*[asset for asset in beside if asset is not None][:1], *assets]
+            if (asset := self._join(assets)) is not None:
                 found[reflector.name] = asset
         return found
 

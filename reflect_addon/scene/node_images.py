@@ -3,16 +3,21 @@
 import bpy
 import numpy as np
 
+from ..core.asset_images import size_of, texels
 from .node_tree import TreeBuilder
 
 
 def image_from(name: str, pixels: np.ndarray) -> bpy.types.Image:
-    """A float image of the file holding pixels (H, W, 4), row 0 at the bottom; float32 arrays keep their full precision."""
-    height, width = pixels.shape[:2]
+    """A float image of the file holding an asset's image, row 0 at the bottom; float32 arrays keep their full precision, and
+    BC1 blocks are decoded: what Blender reads of a packed .dds would be 8 bits."""
+    width, height = size_of(pixels)
+    half = pixels.dtype != np.float32
+    if pixels.dtype == np.uint8:
+        pixels = texels(pixels, np.arange(width), np.arange(height)[:, None])
     image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True, is_data=True)
     image.colorspace_settings.name = "Non-Color"
     image.alpha_mode = "CHANNEL_PACKED"  # alpha is data too: never multiplied in or divided out
-    image.use_half_precision = pixels.dtype == np.float16
+    image.use_half_precision = half
     image.pixels.foreach_set(np.ascontiguousarray(pixels, np.float32).ravel())
     image.update()
     return image

@@ -150,7 +150,7 @@ def test_a_real_bake(registered, tmp_path):
 
 
 def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
-    from reflect_addon.scene.bake import inputs_hash
+    from reflect_addon.scene.freshness import inputs_hash
     from reflect_addon.scene.places import assets_of
 
     snapshot = live_state().snapshot
@@ -168,7 +168,7 @@ def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
 def test_another_setting_makes_assets_old(ball):
     """Baked by the command line with its defaults: fresh here. A changed field says so, undo takes it back."""
     from reflect_addon.core.methods import environment as method
-    from reflect_addon.scene.bake import inputs_hash
+    from reflect_addon.scene.freshness import inputs_hash
     from reflect_addon.scene.places import assets_of
 
     snapshot, settings = live_state().snapshot, bpy.context.scene.reflect

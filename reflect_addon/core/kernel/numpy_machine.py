@@ -7,6 +7,7 @@ Nothing is repaired: a kernel that divides by zero gets its infinity, silently.
 
 import numpy as np
 
+from ..asset_images import size_of, texels
 from .graph import SIZES, KernelError, Node, Region
 from .program import Names, Program, type_of
 from .schedule import Schedule
@@ -105,7 +106,7 @@ class Machine:
                 raise KernelError(f"uniform '{node.data}' is a {type_of(value)}; {self.program.name} reads a {node.type}")
             return tuple(np.asarray(v, bool if node.type == "bool" else self.real) for v in np.ravel(value))
         if node.op == "size":
-            height, width = self.images[node.data].shape[:2]
+            width, height = size_of(self.images[node.data])
             return (np.asarray(width, self.real), np.asarray(height, self.real))
         raise KernelError(f"{self.program.name}: {node.describe()} has no value here")
 
@@ -137,17 +138,17 @@ class Machine:
             return tuple(map(np.asarray, (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)))
         x, y = args[0][0], args[1][0]
         if self.counts is not None:
-            texels = n * (4 if op == "sample" else 1)
-            self.counts.fetches[node.data] = self.counts.fetches.get(node.data, 0) + texels
+            read = n * (4 if op == "sample" else 1)
+            self.counts.fetches[node.data] = self.counts.fetches.get(node.data, 0) + read
         return (self.fetch if op == "fetch" else self.sample)(self.images[node.data], x, y)
 
     def fetch(self, image: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple:
-        height, width = image.shape[:2]
+        width, height = size_of(image)
         # A comparison, not a clip: nan becomes texel 0 rather than an address outside the image.
         column = np.where(x > 0, np.minimum(np.floor(x), width - 1), 0).astype(np.int64)
         row = np.where(y > 0, np.minimum(np.floor(y), height - 1), 0).astype(np.int64)
-        texels = image.reshape(-1, 4)[row * width + column].astype(self.real)
-        return tuple(np.ascontiguousarray(np.moveaxis(texels, -1, 0)))
+        found = texels(image, column, row).astype(self.real)
+        return tuple(np.ascontiguousarray(np.moveaxis(found, -1, 0)))
 
     def sample(self, image: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple:
         half = self.real(0.5)

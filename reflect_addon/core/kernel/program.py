@@ -44,6 +44,9 @@ class Names(Mapping):
             raise KernelError(f"{self._owner} has no {self._what} '{name}' (there: {there})")
         return self._items[name]
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._items
+
     def __iter__(self):
         return iter(self._items)
 

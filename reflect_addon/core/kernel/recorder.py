@@ -147,7 +147,8 @@ class Recorder:
     # Images.
 
     def fetch(self, image: Image, x, y=None) -> Value:
-        """vec4: texel (floor x, floor y), clamped to the edge. A vec2 does for x and y."""
+        """vec4: texel (floor x, floor y), clamped to the edge. A vec2 does for x and y. Of a _bc1 image w is 1, and each GPU
+        rounds in its own way what lies between a block's two colours (8 bits or more)."""
         return self._look_up("fetch", image, x, y)
 
     def sample(self, image: Image, x, y=None) -> Value:

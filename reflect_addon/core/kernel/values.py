@@ -15,7 +15,9 @@ class Image:
 
     @property
     def size(self) -> "Value":
-        """vec2: (width, height) in texels."""
+        """vec2: (width, height) in texels. Not of block-compressed images: gpu/compressed.py may have to make them larger."""
+        if self.name.endswith("_bc1"):
+            raise KernelError(f"the size of '{self.name}' is not the same everywhere: put what you need of it in asset.options")
         return Value(self.graph, self.graph.node("size", "vec2", (), self.name))
 
 

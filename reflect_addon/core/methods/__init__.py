@@ -9,6 +9,7 @@ A method module has
     bake(job: BakeJob) -> Asset  see core/job.py
     trace(k, asset, ray) -> Hit  the kernel (docs/decisions.md, "Kernel language")
 and may have
+    COMPANIONS: tuple[str, ...]                  kinds of which the first that is baked answers with it, with the setting `contact`
     inputs(scene, reflectors) -> str             hash of what its content depends on, where that is less than the whole scene
     remark(asset, scene, reflector) -> str       a sentence when the asset no longer serves the reflector where it is now
     predicted_bytes(job: BakeJob) -> int         memory of the asset, before it is baked
@@ -67,6 +68,11 @@ def with_required(wanted: tuple[str, ...] | list[str]) -> tuple[str, ...]:
     for name in wanted:
         visit(name)
     return tuple(ordered)
+
+
+def companions(name: str, settings: dict[str, object]) -> tuple[str, ...]:
+    """Kinds of assets of which the first that exists is joined to this method's; () where its settings want none."""
+    return getattr(get(name), "COMPANIONS", ()) if settings.get("contact") else ()
 
 
 def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]) -> None:

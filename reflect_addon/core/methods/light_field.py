@@ -8,6 +8,8 @@ depend on the scene; the reflector moves in its cell without a new bake.
     ray meets: 8 x 8 views with depths show more than 32 x 32 without.
   * A camera in the cell (`cameras`) sees its background from the same slabs: its own rays take the reflected ones' place.
   * Without, all views of a slab share one focal plane, found from the views themselves (core/light_field_focus.py).
+Contact. The paper has none: near things seen through four views float. Where depth maps or billboards of the reflector are
+baked as well (COMPANIONS), they answer rays that end within the reflector's own size, and fade into the slabs beyond.
 Where we depart. Per-view depth; the camera planes (core/light_field.py); only texels that some reflected ray can reach are
 traced, only slabs that one reaches are stored (core/light_field_reach.py); after a change in the scene only the views that saw
 it are traced again (core/light_field_change.py).
@@ -17,12 +19,12 @@ Limits. What is in the cell beside the reflector is seen from the cell's middle 
 
 import numpy as np
 
-from .. import spaces
+from .. import bc1, hdr_code, spaces
 from ..asset import Asset
 from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
-from ..light_field import SLABS, Cell, cell_of
+from ..light_field import COLUMNS, FIRST, SLABS, Cell, cell_of
 from ..light_field_change import changed_boxes, seen_parts, views_that_saw
 from ..light_field_focus import focus
 from ..light_field_kernel import answer
@@ -32,10 +34,14 @@ from ..light_field_slab import Slab, bake_slab, filled, rows_of_views
 from ..remake import parts_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
+from . import billboards, depth_maps
 
 NAME = "light_field"
 LABEL = "Light Field"
 REQUIRES = ()
+COMPANIONS = ("depth_maps", "billboards")
+# Hits of the companions count whole up to this share of the reflector's size, and not at all from its whole on.
+CONTACT = 0.5
 SETTINGS = {
     "views": Setting("Views", "Views along a side of each of the six slabs. Twice as many need four times the memory and bake time",
                      low=2, high=64, soft_high=32),
@@ -49,12 +55,16 @@ SETTINGS = {
                     "reflector to be moved about in", high=10.0, soft_high=1.0),
     "cameras": Setting("Camera in Cell", "The cell also holds the scene's camera (with Whole Path, its way over all frames), so that "
                        "the background can be shown from the light field, too"),
+    "contact": Setting("Contact", "What is near the reflector is shown by its depth maps, or else its billboards, where these are baked too. "
+                       "Costs what they cost"),
+    "compressed": Setting("Compressed", "Radiance in a sixteenth of the memory, 4 bits a ray, as the paper stores it: a few percent less exact. "
+                          "Depths stay half floats"),
     "shared": Setting("One Cell for All", "One cell around all reflectors that are baked together, instead of one for each. They do not "
                       "see each other"),
 }  # fmt: skip
 DEFAULTS = {
-    "views": 8, "view_texels": 128, "samples": 4, "depth": True, "whole_path": True, "room": 0.0, "cameras": False,
-    "shared": False,
+    "views": 8, "view_texels": 128, "samples": 4, "depth": True, "whole_path": True, "room": 0.0, "cameras": False, "contact": True,
+    "compressed": False, "shared": False,
 }  # fmt: skip
 
 
@@ -82,7 +92,7 @@ def bake(job: BakeJob) -> Asset:
         else:
             done += parts_of_slab
         planes[face] = focus(cell, face, slab)
-        slab = filled(slab)
+        slab = filled(slab, cell)
         if slab.scale > scale:
             atlas[..., :3] *= np.float16(scale / slab.scale)
             scale = slab.scale
@@ -91,16 +101,18 @@ def bake(job: BakeJob) -> Asset:
     used = atlas[..., 3] >= 0
     views = used.reshape(-1, cell.texels, used.shape[1] // cell.texels, cell.texels).any((1, 3)).sum()
     reflectors = job.reflectors()
+    images, code = _compressed(cell, atlas, bool(job.settings["depth"])) if job.settings["compressed"] else ({"light_field_tx": atlas}, {})
     return Asset(
         kind=NAME,
         reflector="" if job.together else job.reflector.name,
-        images={"light_field_tx": atlas},
+        images=images,
         uniforms={
             **cell.uniforms(), "light_scale": scale, "focus": tuple(planes[0::2]), "focus_back": tuple(planes[1::2]),
+            **code, "contact": float(np.linalg.norm(np.subtract(*job.scene.bounds(reflectors)))),
             **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(again[1]), "rays_made": float(again[0])},
             "everywhere": float(reach.is_everything()),
         },
-        options={"views": cell.views, "texels": cell.texels, "depth": bool(job.settings["depth"]), "coded": False},
+        options={"views": cell.views, "texels": cell.texels, "depth": bool(job.settings["depth"]), "coded": bool(code)},
         settings=dict(job.settings),
         parts=(*(p for r in reflectors for p in parts_of(job.scene, r, ())), *seen_parts(job.scene, reflectors)),
         light_hash=job.scene.light_hash,
@@ -132,8 +144,11 @@ def _camera_way(job: BakeJob) -> tuple[np.ndarray, np.ndarray]:
 
 def predicted_bytes(job: BakeJob) -> int:
     """Memory of the asset on the GPU, known before the bake."""
-    height, width = plan(job)[0].shape()
-    return height * width * 8
+    cell = plan(job)[0]
+    texels = len(cell.slabs) * cell.slab_side() ** 2
+    if not job.settings["compressed"]:
+        return cell.shape()[0] * cell.shape()[1] * 8
+    return texels // 2 + (cell.shape()[0] * cell.shape()[1] * 2 if job.settings["depth"] else 0)
 
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
@@ -179,6 +194,18 @@ def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made:
     return slab
 
 
+def _compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+    """(images, uniforms): radiance as coded blocks, of the first slabs and of the rest; depths four to a texel."""
+    blocks, code = hdr_code.compress(atlas[..., :3])
+    rows, last = FIRST // COLUMNS * cell.slab_side() // bc1.SIDE, (len(cell.slabs) % COLUMNS or COLUMNS) * cell.slab_side() // bc1.SIDE
+    images = {"light_field_bc1": blocks[:rows]}
+    if len(blocks) > rows:
+        images["light_rest_bc1"] = np.ascontiguousarray(blocks[rows:, :last])
+    if depth:
+        images["light_depth_tx"] = atlas[..., 3].reshape(len(atlas), -1, 4)
+    return images, code
+
+
 def _finished(job: BakeJob, face: int) -> Slab | None:
     scale, texels = job.unfinished.load(f"scale{face}"), job.unfinished.load(f"slab{face}")
     return None if scale is None or texels is None else Slab(texels, float(scale))
@@ -190,6 +217,27 @@ def _finish(job: BakeJob, face: int, slab: Slab) -> None:
 
 
 def trace(k, asset, ray) -> Hit:
-    """Four views of the ray's slab; no answer where that slab was left out."""
+    """Four views of the ray's slab; no answer where that slab was left out. What is near, from the companion that was joined."""
+    if "count" not in asset.options:
+        return _slabs(k, asset, ray)
+    near = (depth_maps if "maps" in asset.options else billboards).trace(k, asset, ray)
+    size = asset.uniforms["contact"]
+    distance = k.name("near_distance", k.dot(near.position - ray.origin, ray.direction))
+    fades = k.clamp((distance - CONTACT * size) / k.max((1.0 - CONTACT) * size, 1e-20), 0.0, 1.0)
+    far = k.name("far", k.select(k.equal(near.status, spaces.STATUS_HIT), fades, 1.0))
+
+    def slabs():
+        hit = _slabs(k, asset, ray)
+        kept = hit.coverage * far
+        return (
+            k.mix(near.radiance, hit.radiance, kept), k.select(kept > 0.5, hit.position, near.position),
+            k.select(kept > 0.5, hit.status, near.status),
+        )  # fmt: skip
+
+    radiance, position, status = k.branch(far > 0.0, slabs, lambda: (near.radiance, near.position, near.status))
+    return Hit(radiance, position, near.coverage, status)
+
+
+def _slabs(k, asset, ray) -> Hit:
     radiance, position, coverage = answer(k, asset, ray)
     return Hit(radiance, position, coverage, k.select(coverage > 0.0, spaces.STATUS_HIT, spaces.STATUS_NONE))
