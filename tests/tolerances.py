@@ -174,3 +174,6 @@ BC1_TEXEL = 2 / 255
 # float32 matrices, which a painted texel's slope multiplies; and the share of values on the brink between two views' depths.
 BACKGROUND_RADIANCE = 5e-3
 BACKGROUND_SHARE = 2e-3
+# A chequered room's picture from 8 x 8 views of 64 texels over one from an environment map at the mirror, with depths (0.42 measured,
+# 0.32 with 128 texels: edges between texels are what is left) and without (0.61: the room is near, one plane serves it badly).
+BACKGROUND_RMSE = {True: 0.5, False: 0.7}
