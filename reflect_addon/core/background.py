@@ -38,6 +38,6 @@ def why_none(kind: str, camera: Camera | None = None) -> tuple[str, str]:
     if camera is not None and camera.is_orthographic:
         return "The view is orthographic: its rays start outside every cell.", "Switch to perspective."
     return (
-        "The camera is in no cell that can show the background.",
+        "The viewpoint is in no cell that can show the background.",
         "Bake with Camera in Cell (cameras=true), with more Room for other views, or move the camera into a cell.",
     )
