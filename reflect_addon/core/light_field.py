@@ -14,7 +14,7 @@ the plane itself, where no view would show it. A texel's ray starts inside the c
 for a ball that is exactly what lies before it, and what reaches into the cell (a floor that the ball sinks in) is seen. Texels
 whose line passes the cell are never looked up and are not traced.
 
-Atlas. Slabs two in a row, those that are left out without a place, in spaces.py's order of faces; in a slab view (i, j) has
+Atlas. Slabs two in a row, or one, those that are left out without a place, in spaces.py's order of faces; in a slab view (i, j) has
 its lower left texel at (i, j) times `texels`. Texel centres 0 and texels - 1 of a view are its extreme slopes: a look-up inside
 needs no neighbour.
 """
@@ -26,7 +26,8 @@ import numpy as np
 from .rays import Rays
 
 SLABS = 6
-COLUMNS = 2  # slabs side by side in the atlas
+COLUMNS = 2  # slabs side by side in the atlas, at most
+TALLEST = 8192  # texels of an atlas of one column
 # Slabs in the first image where the atlas is block-compressed: images of sides that are powers of two waste nothing.
 FIRST = 4
 # Slopes that views hold beyond those of the slab, as a share of them: what is near is seen by neighbouring views past their
@@ -77,15 +78,20 @@ class Cell:
         """Texels along a slab's side."""
         return self.views * self.texels
 
+    def columns(self) -> int:
+        """Slabs side by side: one where two would leave a place empty."""
+        n = len(self.slabs)
+        return 1 if n % COLUMNS and n * self.slab_side() <= TALLEST else COLUMNS
+
     def shape(self) -> tuple[int, int]:
         """(height, width) of the atlas in texels."""
         n = max(len(self.slabs), 1)
-        return -(-n // COLUMNS) * self.slab_side(), min(n, COLUMNS) * self.slab_side()
+        return -(-n // self.columns()) * self.slab_side(), self.columns() * self.slab_side()
 
     def origin(self, face: int) -> tuple[int, int]:
         """(x, y) of a slab's lowest left texel in the atlas."""
         place = self.slabs.index(face)
-        return place % COLUMNS * self.slab_side(), place // COLUMNS * self.slab_side()
+        return place % self.columns() * self.slab_side(), place // self.columns() * self.slab_side()
 
     def size(self) -> float:
         """m: the length that depths are stored in units of."""
@@ -147,11 +153,7 @@ def bundle(cell: Cell, face: int, rows: slice = slice(None), wanted=None) -> tup
     """(rays, (H, W) bool): the rays of those texels in some rows of a slab that a look-up from inside the cell may read, in row
     order. wanted(rows, points (H, W, 3), directions (H, W, 3)) -> (H, W) bool leaves out more of them."""
     point, direction = lines(cell, face, rows)
-    axis = face // 2
-    # Look-ups read views beside the ray's own: lines that pass the cell by a view's step, and by a texel's slope.
-    room = np.zeros(3)
-    room[_others(axis)] = cell.step(axis) + 2 * cell.half[axis] * 2 * cell.steepest(axis) * (1 + MARGIN) / (cell.texels - 1)
-    enter, leave = inside(point, direction, cell.half + room)
+    enter, leave = inside(point, direction, cell.half + room(cell, face))
     used = enter <= leave
     if wanted is not None:
         used &= wanted(rows, point, direction)
@@ -164,6 +166,14 @@ def bundle(cell: Cell, face: int, rows: slice = slice(None), wanted=None) -> tup
     origin = cell.center + point + direction * start[:, None]
     direction = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     return Rays(origin.astype(np.float32), direction.astype(np.float32)), used
+
+
+def room(cell: Cell, face: int) -> np.ndarray:
+    """(3,) m beside the cell through which lines pass that look-ups in a slab may read: they read views beside the ray's own, a
+    view's step and a texel's slope away."""
+    axis, out = face // 2, np.zeros(3)
+    out[_others(axis)] = cell.step(axis) + 2 * cell.half[axis] * 2 * cell.steepest(axis) * (1 + MARGIN) / (cell.texels - 1)
+    return out
 
 
 def closest(cell: Cell, point: np.ndarray, direction: np.ndarray) -> np.ndarray:

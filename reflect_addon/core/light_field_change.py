@@ -12,7 +12,7 @@ import numpy as np
 
 from .asset import Asset, Part
 from .job import BakeJob
-from .light_field import Cell, closest, inside
+from .light_field import Cell, closest, inside, room
 from .snapshot import Instance, SceneSnapshot
 
 SEEN = "seen"
@@ -47,14 +47,14 @@ def changed_boxes(job: BakeJob, cell: Cell, earlier: Asset | None) -> np.ndarray
     return np.array([[box[:3, 3], np.diag(box)[:3]] for box in boxes]) if boxes else None
 
 
-def views_that_saw(cell: Cell, boxes: np.ndarray, traced: np.ndarray, wanted: Callable | None) -> Callable:
+def views_that_saw(cell: Cell, face: int, boxes: np.ndarray, traced: np.ndarray, wanted: Callable | None) -> Callable:
     """wanted() for light_field.bundle: whole views of which a texel sees a box, and texels that were not traced so far.
 
-    traced: (side, side) bool, of the earlier slab."""
+    traced: (side, side) bool, of the earlier slab of this face."""
     n, m = cell.views, cell.texels
 
     def saw(rows, point, direction):
-        enter, leave = inside(point, direction, cell.half)
+        enter, leave = inside(point, direction, cell.half + room(cell, face))
         start, sees = closest(cell, point, direction), np.zeros(point.shape[:2], bool)
         for center, half in boxes:
             first, last = inside(point, direction, half + SKIN * cell.size(), center - cell.center)

@@ -9,7 +9,7 @@ paper's do.
 """
 
 from . import hdr_code, spaces
-from .light_field import COLUMNS, FIRST, MARGIN
+from .light_field import FIRST, MARGIN
 
 # Share of the largest component from which on another slab is asked: its views end at slopes of 1 + MARGIN.
 BAND = MARGIN / (1 + MARGIN)
@@ -22,7 +22,7 @@ AGREE = 0.02
 def answer(k, asset, ray):
     """(radiance, position, coverage) of a ray from inside the cell; coverage 0 where its slab was left out.
 
-    asset.options: views, texels, depth (views have depths), coded (radiance is hdr_code's). asset.uniforms: Cell.uniforms,
+    asset.options: views, texels, columns (of slabs), depth (views have depths), coded (radiance is hdr_code's). asset.uniforms: Cell.uniforms,
     `focus` (1/m: 1 / z of the focal plane, vec3 by axis for the slabs of + and `focus_back` for those of -), light_scale."""
     u = asset.uniforms
     start = k.name("cell_start", ray.origin - u["cell_center"])
@@ -88,7 +88,8 @@ def _slab(k, asset, ray, start, axis, back, place):
     t = k.name("t", k.clamp(((pc - slope_c * depth) / side_c + 1.0) * (0.5 * n), 0.0, n))
     s0, t0 = k.name("s0", k.min(k.floor(s), n - 1.0)), k.name("t0", k.min(k.floor(t), n - 1.0))
     reach_b, reach_c = by_axis(u["slab_slope_b"]), by_axis(u["slab_slope_c"])
-    row = k.floor((place + 0.5) * (1.0 / COLUMNS))
+    columns = float(asset.options["columns"])
+    row = k.floor((place + 0.5) * (1.0 / columns))
     width = float(asset.options["views"] * asset.options["texels"])
     return _Slab(
         u=k.name("u", (slope_b / reach_b + 1.0) * (0.5 * m)),
@@ -98,7 +99,7 @@ def _slab(k, asset, ray, start, axis, back, place):
         # Texels that what lies at 1 / z = 1 moves from one view to the next.
         move_b=k.name("move_b", side_b * (2.0 / n) / reach_b * (0.5 * m)),
         move_c=k.name("move_c", side_c * (2.0 / n) / reach_c * (0.5 * m)),
-        x=(place - row * COLUMNS) * width, y=row * width, place=place,
+        x=(place - row * columns) * width, y=row * width, place=place,
         focus=k.name("focus", k.select(back, by_axis(u["focus_back"]), by_axis(u["focus"]))),
     )  # fmt: skip
 
@@ -117,7 +118,7 @@ def _look(k, asset, slab, corner, q):
     if asset.options["coded"]:
         first = asset.images["light_field_bc1"]
         if "light_rest_bc1" in asset.images:
-            rest, high = asset.images["light_rest_bc1"], FIRST // COLUMNS * float(asset.options["views"] * asset.options["texels"])
+            rest, high = asset.images["light_rest_bc1"], FIRST // asset.options["columns"] * float(asset.options["views"] * asset.options["texels"])
             code = k.branch(slab.place < FIRST - 0.5, lambda: (k.sample(first, at.x, at.y),), lambda: (k.sample(rest, at.x, at.y - high),))[0]
         else:
             code = k.sample(first, at.x, at.y)

@@ -56,6 +56,9 @@ def reach_of(job: BakeJob, moves: bool) -> Reach:
     if moves or job.together or not len(job.scene.meshes[job.reflector.mesh].triangles):
         return EVERYTHING
     rays, towards = sample_rays(job, COUNT, seed=9)
+    if _is_open(job):
+        rays = Rays(np.concatenate([rays.origin] * 2), np.concatenate([rays.direction, -rays.direction]))
+        towards = np.concatenate([towards, -towards])
     free = _seen(job, Rays(rays.origin, towards))
     if not free.any():
         return EVERYTHING
@@ -67,6 +70,13 @@ def reach_of(job: BakeJob, moves: bool) -> Reach:
         face, s, t = spaces.cube_coordinates(direction + around)
         parts[face, _bin(t), _bin(s)] = True
     return Reach(parts)
+
+
+def _is_open(job: BakeJob) -> bool:
+    """Whether the reflector's mesh has an edge of one triangle: its back may be seen, and mirrors too."""
+    triangles = job.scene.meshes[job.reflector.mesh].triangles
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 1).any())
 
 
 def _bin(coordinate: np.ndarray) -> np.ndarray:

@@ -35,6 +35,13 @@ def registered_kernel(kind: str) -> Callable:
     return methods.get(kind).trace
 
 
+def background_kernel(kind: str) -> Callable | None:
+    """The one for a camera's own rays, where a method has another for them."""
+    from ..core import methods
+
+    return getattr(methods.get(kind), "trace_background", None) if kind in methods.names() else None
+
+
 @dataclass(frozen=True)
 class Group:
     """Neighbouring reflectors answered from one asset in one pass."""
@@ -74,7 +81,7 @@ class Renderer:
         self._textures = TextureCache(self._counts)
         self._followers = Followers(self._counts, self._textures)
         self.followed = Followed()  # what the last update made again
-        self._fills: dict[tuple[int, str | None, bool], tuple[Asset, Fill]] = {}
+        self._fills: dict[tuple[int, str | None, bool, Callable], tuple[Asset, Fill]] = {}
         self._rays: RayMapTarget | None = None
         self._answers: dict[str | None, ReflectionTarget] = {}
         self._look = LookTexture(look or Look(), self._counts)
@@ -247,7 +254,7 @@ class Renderer:
                 fill, most = self._fill(group.asset, beside, rough), self.most_rays if rough else None
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
         if background is not None:
-            fill = self._fill(background, beside)
+            fill = self._fill(background, beside, kernel=background_kernel(background.kind))
             fill.draw(self.gpu, self._batch, self._rays.textures[:3], target, BACKGROUND, BACKGROUND)
         return target
 
@@ -259,10 +266,11 @@ class Renderer:
         """What the reflection buffer holds beside radiance: attenuation needs no more than a distance."""
         return "position" if positions else "distance" if self.attenuation is not None else None
 
-    def _fill(self, asset: Asset, beside: str | None, rough: bool = False) -> Fill:
-        key = (id(asset), beside, rough)
+    def _fill(self, asset: Asset, beside: str | None, rough: bool = False, kernel: Callable | None = None) -> Fill:
+        kernel = kernel or self._kernel(asset.kind)
+        key = (id(asset), beside, rough, kernel)
         if key not in self._fills:
-            self._fills[key] = (asset, Fill(asset, self._kernel(asset.kind), beside, self._textures, rough))
+            self._fills[key] = (asset, Fill(asset, kernel, beside, self._textures, rough))
         return self._fills[key][1]
 
     # What it costs.

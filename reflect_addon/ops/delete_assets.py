@@ -7,6 +7,7 @@ import bpy
 from ..core.asset_files import JSON_NAME
 from ..core.bake_lock import BakeLock
 from ..core.errors import ReflectError
+from ..core.unfinished import PREFIX
 from ..scene import live
 from ..scene.places import assets_of
 
@@ -30,7 +31,7 @@ class REFLECT_OT_delete_assets(bpy.types.Operator):
         folder = assets_of(context.scene)
         try:
             with BakeLock(folder):
-                for asset in [path.parent for path in folder.glob(f"*/{JSON_NAME}")]:
+                for asset in [*(path.parent for path in folder.glob(f"*/{JSON_NAME}")), *folder.glob(f"{PREFIX}*")]:
                     shutil.rmtree(asset)
             if not any(folder.iterdir()):
                 folder.rmdir()

@@ -36,7 +36,7 @@ def bake(scene):
     cell = Cell(np.array([0.5, 0.0, 0.0]), np.array([1.5, 1.0, 1.0]), 2, 4)
     uniforms = {**cell.uniforms(), "light_scale": 1.0, "focus": (0.0,) * 3, "focus_back": (0.0,) * 3}
     uniforms |= {"rays": 1.0, "views_used": 24.0, "contact": 1.0}
-    options = {"views": 2, "texels": 4, "depth": False, "coded": False}
+    options = {"views": 2, "texels": 4, "columns": cell.columns(), "depth": False, "coded": False}
     images = {"light_field_tx": np.ones((*cell.shape(), 4), np.float16)}
     save_asset(Asset("light_field", "Ball", images, uniforms, options), assets_of(scene) / asset_name("light_field", "Ball"))
     scene.reflect.method = "light_field"

@@ -14,8 +14,8 @@ def light_field(inputs="old", **settings):
     """Of the ball of radius 1 at the origin: a cell of twice its size."""
     cell = Cell(np.zeros(3), np.full(3, 2.0), 2, 4)
     uniforms = {**cell.uniforms(), "light_scale": 1.0, "focus": (0.0,) * 3, "focus_back": (0.0,) * 3}
-    uniforms |= {"rays": 768.0, "views_used": 24.0, "contact": 1.0, "everywhere": 1.0}
-    options = {"views": 2, "texels": 4, "depth": False, "coded": False}
+    uniforms |= {"rays": 300.0, "views_used": 24.0, "contact": 1.0, "everywhere": 1.0}
+    options = {"views": 2, "texels": 4, "columns": cell.columns(), "depth": False, "coded": False}
     images = {"light_field_tx": np.ones((*cell.shape(), 4), np.float16)}
     return Asset("light_field", "Ball", images, uniforms, options, inputs_hash=inputs, settings=settings)
 

@@ -26,7 +26,7 @@ def kernel(k, asset, ray):
 
 
 def asset_of(cell, atlas, depth=False, focus=0.0):
-    options = {"views": cell.views, "texels": cell.texels, "depth": depth, "coded": False}
+    options = {"views": cell.views, "texels": cell.texels, "columns": cell.columns(), "depth": depth, "coded": False}
     uniforms = {**cell.uniforms(), "light_scale": 1.0, "focus": (focus,) * 3, "focus_back": (focus,) * 3}
     return Asset("light_field", "", {"light_field_tx": atlas}, uniforms, options)
 

@@ -16,7 +16,7 @@ CELL = Cell(np.array([3.0, -2.0, 1.0]), np.array([2.0, 1.0, 0.25]), 8, 16)
 
 def baked(depth=False):
     uniforms = {**CELL.uniforms(), "light_scale": 1.0, "focus": (0.1, 0.2, 0.3), "focus_back": (0.4, 0.5, 0.6)}
-    options = {"views": 8, "texels": 16, "depth": depth, "coded": False}
+    options = {"views": 8, "texels": 16, "columns": CELL.columns(), "depth": depth, "coded": False}
     return Asset("light_field", "", {"light_field_tx": np.ones((*CELL.shape(), 4), np.float16)}, uniforms, options)
 
 

@@ -135,3 +135,15 @@ def test_a_camera_that_moves_only_draws(window):
     after = renderer.counts()
     for name in ("uploads", "compiles", "allocations", "readbacks"):
         assert after[name] == before[name], name
+
+
+def test_a_companion_has_no_part_in_it(device, room, renderer):
+    """Billboards of the reflector answer what is near the reflector; a camera is elsewhere."""
+    from reflect_addon.core.methods import billboards
+
+    beside = billboards.bake(job(room.scene, {**billboards.DEFAULTS, "texels": 16}))
+    joined = room.asset.joined(beside)
+    assert record(method.trace, joined).outputs and joined.images.keys() > room.asset.images.keys()
+    alone, found = (renderer.answer(CAMERA, False, asset).radiance for asset in (room.asset, joined))
+    behind = ~renderer.ray_map(CAMERA).covered()
+    assert np.array_equal(alone[behind], found[behind])

@@ -20,7 +20,7 @@ def view(device, rng):
     from reflect_addon.gpu import session
 
     uniforms = {**CELL.uniforms(), "light_scale": 1.0, "focus": (0.0,) * 3, "focus_back": (0.0,) * 3}
-    options = {"views": 4, "texels": 16, "depth": False, "coded": False}
+    options = {"views": 4, "texels": 16, "columns": CELL.columns(), "depth": False, "coded": False}
     atlas = rng.random((*CELL.shape(), 4)).astype(np.float16)
     ball = scenes.snapshot(("ball", scenes.sphere_mesh(), scenes.placed(), scenes.MIRROR))
     view = session.ViewportSession(lambda: ball, lambda last: last or Look())

@@ -24,7 +24,7 @@ from ..asset import Asset
 from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
-from ..light_field import COLUMNS, FIRST, SLABS, Cell, cell_of
+from ..light_field import FIRST, SLABS, Cell, cell_of
 from ..light_field_change import changed_boxes, seen_parts, views_that_saw
 from ..light_field_focus import focus
 from ..light_field_kernel import answer
@@ -112,7 +112,7 @@ def bake(job: BakeJob) -> Asset:
             **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(again[1]), "rays_made": float(again[0])},
             "everywhere": float(reach.is_everything()),
         },
-        options={"views": cell.views, "texels": cell.texels, "depth": bool(job.settings["depth"]), "coded": bool(code)},
+        options={"views": cell.views, "texels": cell.texels, "columns": cell.columns(), "depth": bool(job.settings["depth"]), "coded": bool(code)},
         settings=dict(job.settings),
         parts=(*(p for r in reflectors for p in parts_of(job.scene, r, ())), *seen_parts(job.scene, reflectors)),
         light_hash=job.scene.light_hash,
@@ -188,7 +188,7 @@ def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made:
     if boxes is not None:
         x, y = cell_of(job.earlier).origin(face)
         before = Slab(job.earlier.images["light_field_tx"][y : y + cell.slab_side(), x : x + cell.slab_side()], job.earlier.uniforms["light_scale"])
-        wanted = views_that_saw(cell, boxes, before.traced(), wanted)
+        wanted = views_that_saw(cell, face, boxes, before.traced(), wanted)
     slab, count = bake_slab(job, cell, face, wanted, told, before)
     made += count
     return slab
@@ -197,7 +197,8 @@ def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made:
 def _compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """(images, uniforms): radiance as coded blocks, of the first slabs and of the rest; depths four to a texel."""
     blocks, code = hdr_code.compress(atlas[..., :3])
-    rows, last = FIRST // COLUMNS * cell.slab_side() // bc1.SIDE, (len(cell.slabs) % COLUMNS or COLUMNS) * cell.slab_side() // bc1.SIDE
+    columns, side = cell.columns(), cell.slab_side() // bc1.SIDE
+    rows, last = FIRST // columns * side, (len(cell.slabs) % columns or columns) * side
     images = {"light_field_bc1": blocks[:rows]}
     if len(blocks) > rows:
         images["light_rest_bc1"] = np.ascontiguousarray(blocks[rows:, :last])
@@ -219,7 +220,7 @@ def _finish(job: BakeJob, face: int, slab: Slab) -> None:
 def trace(k, asset, ray) -> Hit:
     """Four views of the ray's slab; no answer where that slab was left out. What is near, from the companion that was joined."""
     if "count" not in asset.options:
-        return _slabs(k, asset, ray)
+        return trace_background(k, asset, ray)
     near = (depth_maps if "maps" in asset.options else billboards).trace(k, asset, ray)
     size = asset.uniforms["contact"]
     distance = k.name("near_distance", k.dot(near.position - ray.origin, ray.direction))
@@ -227,7 +228,7 @@ def trace(k, asset, ray) -> Hit:
     far = k.name("far", k.select(k.equal(near.status, spaces.STATUS_HIT), fades, 1.0))
 
     def slabs():
-        hit = _slabs(k, asset, ray)
+        hit = trace_background(k, asset, ray)
         kept = hit.coverage * far
         return (
             k.mix(near.radiance, hit.radiance, kept), k.select(kept > 0.5, hit.position, near.position),
@@ -238,6 +239,7 @@ def trace(k, asset, ray) -> Hit:
     return Hit(radiance, position, near.coverage, status)
 
 
-def _slabs(k, asset, ray) -> Hit:
+def trace_background(k, asset, ray) -> Hit:
+    """The slabs alone: what is near the reflector is not what is near a camera."""
     radiance, position, coverage = answer(k, asset, ray)
     return Hit(radiance, position, coverage, k.select(coverage > 0.0, spaces.STATUS_HIT, spaces.STATUS_NONE))
