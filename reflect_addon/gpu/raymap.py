@@ -10,9 +10,10 @@ import numpy as np
 from ..core.camera import Camera
 from ..core.shading import roughness_spread
 from ..core.snapshot import Instance, SceneSnapshot
+from .background import draw_camera_rays
 from .counts import Counts
 from .program import Program, ProgramInfo, program
-from .targets import RayMapTarget
+from .targets import RAY_MAP_OUTPUTS, RayMapTarget
 from .upload import MeshBuffer
 from .view import VIEW_BLOCK, View
 
@@ -29,22 +30,9 @@ RAY_MAP = ProgramInfo(
     name="reflect_raymap",
     fragment="raymap.frag.glsl",
     uniforms=(("MAT4", "rel_from_object"), ("VEC4", "surface")),
-    outputs=(("VEC4", "origin_out"), ("VEC4", "direction_out"), ("VEC4", "normal_out"), ("VEC2", "material_out")),
+    outputs=RAY_MAP_OUTPUTS,
     **_SURFACE,
 )
-
-# The index that stands for the background in a ray map: pixels that hold the camera's own ray (core/background.py).
-BACKGROUND = -2
-CAMERA_RAYS = ProgramInfo(
-    name="reflect_background_rays",
-    vertex="fullscreen.vert.glsl",
-    fragment="background_rays.frag.glsl",
-    attributes=(("FLOAT", "unused"),),
-    blocks=(VIEW_BLOCK,),
-    uniforms=(("MAT4", "rel_from_clip"), ("VEC3", "pixel")),
-    outputs=RAY_MAP.outputs,
-)
-
 
 def surface_info(name: str, fragment: str, **more) -> ProgramInfo:
     """A program that draws the snapshot's meshes with another fragment stage (the viewport's last pass)."""
@@ -109,7 +97,7 @@ class RayMapPass:
             gpu.state.blend_set("NONE")
             gpu.state.face_culling_set("NONE")
             if background is not None:
-                self._draw_camera_rays(view, target, gpu, background)
+                draw_camera_rays(gpu, background, view, target, self.counts)
             gpu.state.depth_test_set("LESS_EQUAL")
             gpu.state.depth_mask_set(True)
             if self.hiders:
@@ -126,17 +114,6 @@ class RayMapPass:
                 self.draw_sections(view, program(RAY_MAP, self.counts))
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
-
-    def _draw_camera_rays(self, view: View, target: RayMapTarget, gpu, batch):
-        gpu.state.depth_test_set("NONE")
-        gpu.state.depth_mask_set(False)
-        shader = program(CAMERA_RAYS, self.counts)
-        shader.bind()
-        shader.block("view", view.buffer)
-        shader.set("rel_from_clip", view.rel_from_clip)
-        shader.set("pixel", (BACKGROUND, 2.0 / target.width, 2.0 / target.height))
-        shader.draw(batch)
-        self.counts.draws += 1
 
     def draw_sections(self, view: View, shader: Program, bind=lambda shader: None):
         """All reflectors with a program made by surface_info; `bind` sets what else it needs."""

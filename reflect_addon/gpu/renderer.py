@@ -15,11 +15,12 @@ from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
 from ..core.snapshot import SceneSnapshot
+from .background import BACKGROUND
 from .counts import Counts
 from .device import ensure
 from .fill import Fill, TextureCache
 from .follow import Followed, Followers
-from .raymap import BACKGROUND, RayMapPass
+from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
 from .targets import RayMapTarget, ReflectionTarget

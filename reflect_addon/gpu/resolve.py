@@ -13,9 +13,10 @@ from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
 from ..core.look import LINEAR, TABLE_SIDE, TOP, Look
 from ..core.snapshot import SceneSnapshot
+from .background import ANSWERED, BACKGROUND, overlay_info
 from .counts import Counts
 from .program import Program, ProgramInfo, call_text, program
-from .raymap import BACKGROUND, surface_info
+from .raymap import surface_info
 from .targets import RayMapTarget, ReflectionTarget
 from .upload import read_texture, texture_from, volume_from
 
@@ -218,11 +219,7 @@ class Resolve:
         """background: "picture", "answer" (an asset's, to the camera's own rays) or "": none."""
         generated, uniforms, samplers = self._shared()
         uniforms += (("FLOAT", "empty_alpha"),)
-        value = {
-            "": "vec3(0.0)",
-            "picture": "texelFetch(background_tx, pixel, 0).rgb",
-            "answer": f"(texelFetch(origin_tx, pixel, 0).w < {BACKGROUND + 0.5}) ? texelFetch(radiance_tx, pixel, 0).rgb : vec3(0.0)",
-        }[background]
+        value = {"": "vec3(0.0)", "picture": "texelFetch(background_tx, pixel, 0).rgb", "answer": ANSWERED}[background]
         generated += (("background", f"vec3 background(ivec2 pixel)\n{{\n  return {value};\n}}\n"),)
         if background == "picture":
             samplers += (("FLOAT_2D", "background_tx"),)
@@ -245,17 +242,7 @@ class Resolve:
         )
 
     def _background_info(self) -> ProgramInfo:
-        include, look_uniforms, look_samplers = self._look_parts()
-        return ProgramInfo(
-            name="reflect_overlay_background",
-            vertex="fullscreen.vert.glsl",
-            fragment="overlay_background.frag.glsl",
-            attributes=(("FLOAT", "unused"),),
-            uniforms=(("FLOAT", "background_index"), *look_uniforms),
-            samplers=(("FLOAT_2D", "origin_tx"), ("FLOAT_2D", "radiance_tx"), *look_samplers),
-            outputs=(("VEC4", "overlay_out"),),
-            generated=(("look", include),),
-        )
+        return overlay_info(*self._look_parts())
 
     def _overlay_info(self) -> ProgramInfo:
         generated, uniforms, samplers = self._shared()

@@ -42,7 +42,10 @@ def test_a_picture_without_cycles(room, tmp_path, capfd, monkeypatch):
         (("--method", "environment", "--background"), ("environment has no background", "light_field")),
         (("--method", "environment", "--focus", "2"), ("environment has no focus", "light_field")),
         (("--method", "light_field", "--background", *SMALL[:-2]), ("in no cell", "cameras=true")),
-        (("--method", "light_field", "--background", "--set", "cameras=true", "--camera", "Outside", *SMALL[:-2]), ("in no cell", "move the camera")),
+        (
+            ("--method", "light_field", "--background", "--set", "cameras=true", "--camera", "Outside", *SMALL[:-2]),
+            ("in no cell", "move the camera"),
+        ),
     ],
 )
 def test_one_sentence_says_why_not(room, tmp_path, capfd, options, words):
