@@ -52,7 +52,7 @@ def test_an_artists_session():
 
 @pytest.mark.desktop
 def test_a_light_field_is_focused_and_shown_behind():
-    assert "07-undone" in session("run_light_field", "columns.blend")["steps"]
+    assert "07-inside-again" in session("run_light_field", "columns.blend")["steps"]
 
 
 @pytest.mark.desktop
