@@ -15,6 +15,7 @@ from .light_field_slab import Slab
 
 # Texels that are predicted, of all views of a slab.
 PROBES = 20_000
+FEW = 4_000  # where the plane is no more than views with depths start from
 # Candidates: 1 / z evenly from the sky to the nearest PERCENT of what is seen.
 CANDIDATES = 50
 PERCENT = 99.0
@@ -22,14 +23,14 @@ PERCENT = 99.0
 BRIGHTEST = 16.0
 
 
-def focus(cell: Cell, face: int, slab: Slab) -> float:
+def focus(cell: Cell, face: int, slab: Slab, probes: int = PROBES) -> float:
     """1 / z in 1/m of the plane that serves slab `face` best, 0 = the sky."""
     used, texels = slab.traced(), slab.texels
     depths = texels[used][:, 3].astype(np.float64) / cell.size()
     seen = depths[depths > 0]
     if not len(seen) or cell.views < 3:
         return float(np.median(depths)) if len(depths) else 0.0
-    probes = _probes(cell, used)
+    probes = _probes(cell, used)[:probes]
     if not len(probes):
         return float(np.median(depths))
     limit = BRIGHTEST * max(float(np.median(texels[used][:, :3])), 1e-6)

@@ -6,8 +6,9 @@ it. A reflected ray is looked up in the four views around it and blended (core/l
 depend on the scene; the reflector moves in its cell without a new bake.
   * With `depth` every view also stores how far it sees, and each ray is looked up in each view where that view sees what the
     ray meets: 8 x 8 views with depths show more than 32 x 32 without.
-  * A camera in the cell (`cameras`) sees its background from the same slabs: its own rays take the reflected ones' place.
+    (A slab's focal plane is then no more than the first guess.)
   * Without, all views of a slab share one focal plane, found from the views themselves (core/light_field_focus.py).
+  * A camera in the cell (`cameras`) sees its background from the same slabs: its own rays take the reflected ones' place.
 Contact. The paper has none: near things seen through four views float. Where depth maps or billboards of the reflector are
 baked as well (COMPANIONS), they answer rays that end within the reflector's own size, and fade into the slabs beyond.
 Where we depart. Per-view depth; the camera planes (core/light_field.py); only texels that some reflected ray can reach are
@@ -26,11 +27,12 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..light_field import FIRST, SLABS, Cell, cell_of
 from ..light_field_change import changed_boxes, seen_parts, views_that_saw
-from ..light_field_focus import focus
+from ..light_field_focus import FEW, PROBES, focus
 from ..light_field_kernel import answer
 from ..light_field_reach import Reach, reach_of
 from ..light_field_refocus import distance_of, focused
-from ..light_field_slab import Slab, bake_slab, filled, rows_of_views
+from ..light_field_slab import Slab, bake_slab, filled
+from ..light_field_trace import SlabTracer
 from ..remake import parts_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
@@ -73,26 +75,21 @@ def bake(job: BakeJob) -> Asset:
     and views of an earlier bake that saw nothing of what changed, are taken as they are."""
     cell, reach = plan(job)
     boxes = changed_boxes(job, cell, job.earlier)
-    parts_of_slab = len(rows_of_views(cell))
-    steps, done = max(len(cell.slabs) * parts_of_slab, 1), 0
-    atlas, scale, planes, again = np.zeros((*cell.shape(), 4), np.float16), 1.0, np.zeros(SLABS), np.zeros(2, int)
-    side = cell.slab_side()
+    finished = {face: _finished(job, face) for face in cell.slabs}
+    before = {face: _before(job.earlier, cell, face) for face in cell.slabs} if boxes is not None else {}
+    wanted = {face: reach.of(face) for face, slab in finished.items() if slab is None}
+    for face in wanted.keys() & before.keys():
+        wanted[face] = views_that_saw(cell, face, boxes, before[face].traced(), wanted[face])
+    traced = SlabTracer(job, cell, wanted)
+    atlas, scale, planes, made = np.zeros((*cell.shape(), 4), np.float16), 1.0, np.zeros(SLABS), np.zeros(2, int)
     for face in cell.slabs:
-
-        def told(face=face):
-            nonlocal done
-            job.stage(done / steps, (done + 1) / steps, f"slab {spaces.FACE_NAMES[face]}")
-            done += 1
-
-        x, y = cell.origin(face)
-        slab = _finished(job, face)
+        slab = finished.pop(face)
         if slab is None:
-            slab = _baked(job, cell, face, reach, boxes, told, again)
+            slab, count = bake_slab(cell, face, wanted[face], traced, before.get(face))
+            made += count
             _finish(job, face, slab)
-        else:
-            done += parts_of_slab
-        planes[face] = focus(cell, face, slab)
-        slab = filled(slab, cell)
+        planes[face] = focus(cell, face, slab, FEW if job.settings["depth"] else PROBES)
+        slab, side, (x, y) = filled(slab, cell), cell.slab_side(), cell.origin(face)
         if slab.scale > scale:
             atlas[..., :3] *= np.float16(scale / slab.scale)
             scale = slab.scale
@@ -109,7 +106,7 @@ def bake(job: BakeJob) -> Asset:
         uniforms={
             **cell.uniforms(), "light_scale": scale, "focus": tuple(planes[0::2]), "focus_back": tuple(planes[1::2]),
             **code, "contact": float(np.linalg.norm(np.subtract(*job.scene.bounds(reflectors)))),
-            **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(again[1]), "rays_made": float(again[0])},
+            **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(made[1]), "rays_made": float(made[0])},
             "everywhere": float(reach.is_everything()),
         },
         options={"views": cell.views, "texels": cell.texels, "columns": cell.columns(), "depth": bool(job.settings["depth"]), "coded": bool(code)},
@@ -182,16 +179,10 @@ def report(asset: Asset) -> str:
     )
 
 
-def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made: np.ndarray) -> Slab:
-    """A slab, traced whole, or of an earlier asset with those views new that saw one of the boxes. made: adds (rays, views)."""
-    wanted, before = reach.of(face), None
-    if boxes is not None:
-        x, y = cell_of(job.earlier).origin(face)
-        before = Slab(job.earlier.images["light_field_tx"][y : y + cell.slab_side(), x : x + cell.slab_side()], job.earlier.uniforms["light_scale"])
-        wanted = views_that_saw(cell, face, boxes, before.traced(), wanted)
-    slab, count = bake_slab(job, cell, face, wanted, told, before)
-    made += count
-    return slab
+def _before(earlier: Asset, cell: Cell, face: int) -> Slab:
+    """A slab of an earlier asset with the same cell."""
+    (x, y), side = cell.origin(face), cell.slab_side()
+    return Slab(earlier.images["light_field_tx"][y : y + side, x : x + side], earlier.uniforms["light_scale"])
 
 
 def _compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
