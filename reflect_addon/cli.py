@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TextIO
 
 from .core.errors import ReflectError
+from .core.spaces import FAR
 
 LARGEST_SIDE = 16384  # px: what graphics cards take
 LARGEST_AREA = 1 << 26  # px: 64 million float4 pixels are 1 GiB
@@ -75,6 +76,8 @@ def parser() -> argparse.ArgumentParser:
     render.add_argument("--method", required=True, metavar="A")
     render.add_argument("--out", type=_picture, required=True, metavar="PICTURE.png|.exr")
     render.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+    render.add_argument("--background", action="store_true", help="from the method's assets too, not from Cycles (light_field)")
+    render.add_argument("--focus", type=_metres, default=0.0, metavar="M", help="sharp this far from the cell's middle (light_field)")
     _view(render, default_samples=16)
     _settings(render, samples=False)
 
@@ -155,6 +158,16 @@ def _positive(text: str) -> int:
     if not re.fullmatch(r"\d{1,6}", text) or int(text) < 1:
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 to 999999")
     return int(text)
+
+
+def _metres(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < FAR:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a distance in metres, 0 or more")
+    return value
 
 
 def _resolution(text: str) -> int:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import bpy
 
 from . import cli
-from .ops import bake, cancel, delete_assets, mark, open_folder, refresh
+from .ops import bake, cancel, delete_assets, focus_here, mark, open_folder, refresh
 from .scene import handlers, live, properties
 from .ui import method_settings, panel, preferences, settings
 
@@ -17,6 +17,7 @@ CLASSES = (
     refresh.REFLECT_OT_refresh,
     bake.REFLECT_OT_bake,
     cancel.REFLECT_OT_cancel,
+    focus_here.REFLECT_OT_focus_here,
     open_folder.REFLECT_OT_open_folder,
     delete_assets.REFLECT_OT_delete_assets,
     panel.REFLECT_PT_main,

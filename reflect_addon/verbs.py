@@ -54,7 +54,7 @@ def render(arguments) -> None:
     render_picture(
         _scene(arguments), arguments.method, arguments.size, arguments.out, camera=arguments.camera,
         frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=settings,
-        progress=_progress(arguments),
+        background=arguments.background, focus=arguments.focus, progress=_progress(arguments),
     )  # fmt: skip
     _print(arguments, arguments.out)
 

@@ -25,6 +25,14 @@ class Camera:
         planes = _unproject(np.linalg.inv(self.clip_from_camera), np.zeros((2, 2)), np.array([[-1.0], [1.0]]))
         return float(-planes[0, 2]), float(-planes[1, 2])
 
+    def starts(self) -> np.ndarray:
+        """(N, 3) float64 world: the eye; of an orthographic camera, whose rays start all over the near plane, its corners."""
+        if not self.is_orthographic:
+            return self.world_from_camera[None, :3, 3].astype(np.float64)
+        corners = np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]])
+        near = _unproject(np.linalg.inv(self.clip_from_camera), corners, -1.0)
+        return near @ self.world_from_camera[:3, :3].T + self.world_from_camera[:3, 3]
+
     def clip_from_world(self) -> np.ndarray:
         return self.clip_from_camera @ np.linalg.inv(self.world_from_camera)
 

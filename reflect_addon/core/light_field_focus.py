@@ -18,19 +18,17 @@ from .light_field_slab import Slab
 
 # Texels that are looked at, of all views of a slab.
 PROBES = 40_000
+FEW = 4_000  # where the plane is no more than views with depths start from
 # Candidates: 1 / z evenly from the sky to the nearest PERCENT of what is seen.
 CANDIDATES = 50
 PERCENT = 99.0
 
 
-def focus(cell: Cell, face: int, slab: Slab) -> float:
+def focus(cell: Cell, face: int, slab: Slab, probes: int = PROBES) -> float:
     """1 / z in 1/m of the plane that serves slab `face` best, 0 = the sky. The slab's untraced texels are filled."""
-    used, texels = slab.traced(), slab.texels
-    if not used.any():
-        return 0.0
-    y, x = np.nonzero(used)
-    some = np.random.default_rng(3).permutation(len(y))[:PROBES]
-    x, y = x[some], y[some]
+    used, texels = np.flatnonzero(slab.traced()), slab.texels
+    some = np.random.default_rng(3).choice(used, min(probes, len(used)), replace=False)
+    y, x = np.divmod(some, cell.slab_side())
     depths = texels[y, x, 3].astype(np.float64) / cell.size()
     seen = depths[depths > 0]
     if not len(seen):

@@ -17,6 +17,9 @@ BAND = MARGIN / (1 + MARGIN)
 DEPTH_STEPS = 2
 # Difference of depth, over the depth itself, at which a view counts half of one that agrees.
 AGREE = 0.02
+# How far a view's line to what the ray meets may miss the cell, over the cell's size, when it counts half of one through it: a
+# view beside the cell may stand behind a wall.
+BESIDE = 0.02
 
 
 def answer(k, asset, ray):
@@ -29,9 +32,15 @@ def answer(k, asset, ray):
     weighted = k.name("weighted", k.abs(ray.direction) * u["cell_weight"])
     k.cite("yu-2005 5: the slab of the largest absolute component; here others near it, too")
     largest = k.name("largest", k.max(weighted.x, weighted.y, weighted.z, 1e-30))
+    first, second, third = _by_size(k, weighted)
 
-    def of_axis(axis, radiance, distance, total):
-        share = k.clamp((_component(k, axis, weighted) / largest - (1.0 - BAND)) * (1.0 / BAND), 0.0, 1.0)
+    def share_of(axis):
+        return k.clamp((_component(k, axis, weighted) / largest - (1.0 - BAND)) * (1.0 / BAND), 0.0, 1.0)
+
+    def of_rank(rank, radiance, distance, total):
+        # Rays side by side take their largest component together, whichever it is, and few go on from there.
+        axis = k.name("axis", k.select(rank < 0.5, first, k.select(rank < 1.5, second, third)))
+        share, following = share_of(axis), k.select(rank < 0.5, share_of(second), k.select(rank < 1.5, share_of(third), 0.0))
         back = _component(k, axis, ray.direction) < 0.0
         place = k.select(back, _component(k, axis, u["slab_place_back"]), _component(k, axis, u["slab_place"]))
         asked = (share > 0.0) & (place > -0.5)
@@ -43,11 +52,11 @@ def answer(k, asset, ray):
             # From the camera plane to the ray's own start, in units of the ray's length.
             found = k.min(k.max((along - slab.depth) * slab.length, 0.0), spaces.FAR)
             # The place is the one that the slab of the largest component sees.
-            return radiance + seen * share, k.select(share > 0.999, found, distance), total + share
+            return radiance + seen * share, k.select(rank < 0.5, found, distance), total + share
 
-        return k.branch(asked, look, lambda: (radiance, distance, total)), None
+        return k.branch(asked, look, lambda: (radiance, distance, total)), following <= 0.0
 
-    radiance, distance, total = k.loop(3, (k.vec3(0.0), 0.0, 0.0), of_axis)
+    radiance, distance, total = k.loop(3, (k.vec3(0.0), 0.0, 0.0), of_rank)
     covered = total > 0.0
     radiance = k.name("slab_radiance", radiance * (1.0 / k.max(total, 1e-6)))
     return radiance, ray.origin + ray.direction * distance, k.select(covered, 1.0, 0.0)
@@ -58,6 +67,13 @@ class _Slab:
 
     def __init__(self, **fields):
         self.__dict__.update(fields)
+
+
+def _by_size(k, v):
+    """The axes of a vec3's largest, middle and smallest component, three different ones also where components are equal."""
+    first = k.select((v.x >= v.y) & (v.x >= v.z), 0.0, k.select(v.y >= v.z, 1.0, 2.0))
+    third = k.select((v.z <= v.x) & (v.z <= v.y), 2.0, k.select(v.y <= v.x, 1.0, 0.0))
+    return first, 3.0 - first - third, third
 
 
 def _component(k, axis, v):
@@ -76,7 +92,7 @@ def _slab(k, asset, ray, start, axis, back, place):
     def by_axis(v):
         return _component(k, axis, v)
 
-    (da, db, dc), (pa, pb, pc), half = of(ray.direction), of(start), by_axis(u["cell_half"])
+    (da, db, dc), (pa, pb, pc), (half, half_b, half_c) = of(ray.direction), of(start), of(u["cell_half"])
     per = k.name("per_axis", 1.0 / k.max(k.abs(da), 1e-20))
     k.cite("yu-2005 eq. 4: where the ray's line meets the camera plane, here the far side of the cell")
     depth = k.name("depth", half + k.select(back, -pa, pa))
@@ -95,6 +111,7 @@ def _slab(k, asset, ray, start, axis, back, place):
         u=k.name("u", (slope_b / reach_b + 1.0) * (0.5 * m)),
         v=k.name("v", (slope_c / reach_c + 1.0) * (0.5 * m)),
         s=s, t=t, depth=depth, length=per, fs=s - s0, ft=t - t0,
+        along=((side_b * (2.0 / n), s, slope_b, half_b), (side_c * (2.0 / n), t, slope_c, half_c)), half=half, middle=0.5 * n,
         corners=[(s0 + i, t0 + j) for j in (0.0, 1.0) for i in (0.0, 1.0)],
         # Texels that what lies at 1 / z = 1 moves from one view to the next.
         move_b=k.name("move_b", side_b * (2.0 / n) / reach_b * (0.5 * m)),
@@ -140,25 +157,40 @@ def _depth_at(k, asset, slab, corner, q):
     return k.max(stored, 0.0) * asset.uniforms["depth_scale"]
 
 
+def _share(k, asset, slab, number, q):
+    """How much a view counts: bilinearly, and less where its line to the ray's point at 1 / z = q passes the cell."""
+    share = (slab.fs if number % 2 else 1.0 - slab.fs) * (slab.ft if number // 2 else 1.0 - slab.ft)
+    enter, leave = 0.0, 2.0 * slab.half
+    for (step, at, slope, half), corner in zip(slab.along, slab.corners[number], strict=True):
+        start = (corner - slab.middle) * step
+        per = 1.0 / k.away_from_zero(slope + (at - corner) * step * q, 1e-6)
+        middle, reach = -start * per, half * k.abs(per)
+        enter, leave = k.max(enter, middle - reach), k.min(leave, middle + reach)
+    missed = k.max(enter - leave, 0.0) * asset.uniforms["depth_scale"] * (1.0 / BESIDE)
+    return share / (1.0 + k.min(missed * missed, 1e8))
+
+
 def _focused(k, asset, slab):
     """(radiance, q): four views with one focal plane."""
     k.cite("yu-2005 6: four views, each looked up at eq. (6), blended bilinearly")
-    four = [_look(k, asset, slab, corner, slab.focus) for corner in slab.corners]
-    low, high = k.mix(four[0], four[1], slab.fs), k.mix(four[2], four[3], slab.fs)
-    return k.mix(low, high, slab.ft), slab.focus
+    total, radiance = 1e-12, k.vec3(0.0)
+    for number, corner in enumerate(slab.corners):
+        weight = k.name("weight", _share(k, asset, slab, number, slab.focus))
+        total, radiance = total + weight, radiance + _look(k, asset, slab, corner, slab.focus) * weight
+    return radiance * (1.0 / total), slab.focus
 
 
 def _corrected(k, asset, slab):
     """(radiance, q): each view is looked up where it sees what the ray meets by its own depths."""
     k.cite("per-view depth: z = z_i(u_i(z)) by a fixed point, from the focal plane")
     total, radiance, depth, solid = 0.0, k.vec3(0.0), 0.0, 0.0
-    for n, corner in enumerate(slab.corners):
-        share = (slab.fs if n % 2 else 1.0 - slab.fs) * (slab.ft if n // 2 else 1.0 - slab.ft)
+    for number, corner in enumerate(slab.corners):
         q = slab.focus
         for _ in range(DEPTH_STEPS):
             q = k.name("view_q", _depth_at(k, asset, slab, corner, q))
         seen = _depth_at(k, asset, slab, corner, q)
         off = k.abs(seen - q) / k.max(k.max(seen, q), 1e-9)
+        share = _share(k, asset, slab, number, q)
         weight = k.name("weight", (share + 1e-4) / (1.0 + (off / AGREE) * (off / AGREE)))
         total, radiance = total + weight, radiance + _look(k, asset, slab, corner, q) * weight
         depth, solid = depth + seen * weight, solid + k.select(seen > 0.0, weight, 0.0)

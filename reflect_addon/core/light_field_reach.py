@@ -32,6 +32,9 @@ class Reach:
         """Faces that any ray goes to."""
         return tuple(int(f) for f in np.flatnonzero(self.parts.any((1, 2))))
 
+    def is_everything(self) -> bool:
+        return bool(self.parts.all())
+
     def of(self, face: int):
         """wanted() for light_field.bundle; None where the whole slab is reached."""
         if self.parts[face].all():

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .asset import half_with_scale
-from .job import BakeJob
-from .lamp_hits import with_lamps
 from .light_field import Cell, bundle
 from .pull_push import continued
-from .rays import Hits
+from .rays import Hits, Rays
 
 UNTRACED = -1.0
 # Rays of one part: 300 MB with all that goes through a render.
@@ -43,23 +41,21 @@ def rows_of_views(cell: Cell) -> list[slice]:
     return [slice(y, min(y + step, cell.slab_side())) for y in range(0, cell.slab_side(), step)]
 
 
-def bake_slab(job: BakeJob, cell: Cell, face: int, wanted, told: Callable[[], None], before: Slab | None = None) -> tuple[Slab, np.ndarray]:
-    """(the slab, (2,) int rays traced and views they belong to): the texels that are wanted (light_field.bundle). told() is called before each of rows_of_views.
-    before: where given, every other texel is the one that it has."""
-    hide = tuple({r.object_name for r in job.reflectors()})
+def bake_slab(cell: Cell, face: int, wanted, traced: Callable[[Rays], Hits], before: Slab | None = None) -> tuple[Slab, np.ndarray]:
+    """(the slab, (2,) int rays traced and views they belong to): the texels that are wanted (light_field.bundle).
+
+    traced(rays) is asked once for each of rows_of_views. before: where given, every other texel is the one that it has."""
     side = cell.slab_side()
     texels, scale, made = np.zeros((side, side, 4), np.float16), 1.0, np.zeros(2, int)
     texels[..., 3] = UNTRACED
     if before is not None:
         texels, scale = before.texels.copy(), before.scale
     for rows in rows_of_views(cell):
-        told()
         rays, used = bundle(cell, face, rows, wanted)
+        hits = traced(rays)
         if not len(rays):
             continue
         made += len(rays), used.reshape(-1, cell.texels, cell.views, cell.texels).any((1, 3)).sum()
-        hits = job.trace(rays, hide=hide, samples=int(job.settings["samples"]))
-        hits = with_lamps(hits, rays, job.scene, job.intersect, hide)
         radiance, own = half_with_scale(hits.radiance)
         if own > scale:
             texels[..., :3] *= np.float16(scale / own)

@@ -90,6 +90,7 @@ class SceneSnapshot:
     bulbs: tuple[Bulb, ...] = ()
     # instance's name -> sha256 over its mesh, place, materials' names and visibility, where they are known (scene/snapshot.py)
     instance_hashes: dict[str, str] = field(default_factory=dict)
+    camera: tuple[float, float, float] | None = None  # where the scene's camera stands, world, m; no hash knows of it
 
     def instance_hash(self, instance: Instance) -> str:
         """Of all that geometry_hash knows of this instance."""

@@ -1,7 +1,7 @@
 """The targets of yu-2005, Y1 to Y6, and what issue 4 claims of `columns`: two bakes, of the paper's size and of few views with
 depths, and all that is measured on them.
 
-The bake of the paper's size has one path a texel. Its slabs have depths; drawn with one focal plane they are the paper's.
+The bake of the paper's size has one path a texel and one focal plane a slab, as the paper's. Half-float slabs keep depths in any case.
 Frames are the reflection passes alone (ray map, look-up, resolve): a room drawn with them would bring every ratio nearer to 1.
 """
 
@@ -17,7 +17,7 @@ from . import bench_yu_columns as room
 from . import bench_yu_scene as scenes
 from .bench_row import row
 
-PAPER = {"views": 32, "view_texels": 128, "samples": 1}
+PAPER = {"views": 32, "view_texels": 128, "samples": 1, "depth": "false"}
 FEW = {"views": 8, "view_texels": 128, "samples": 4}
 SIZE = (512, 512)  # Y1, Y2
 TURNS, FRAMES = 9, 2

@@ -23,6 +23,7 @@ from ..core.rays import RayMap, Rays
 from ..core.snapshot import SceneSnapshot
 from ..gpu.timing import time_in_turns
 from ..scene.bake import chosen_reflectors
+from ..scene.freshness import remarks
 from ..scene.look import read_look
 from . import eye, peer
 from .assets import assets_for
@@ -168,6 +169,7 @@ def _row(judged: Judged, name: str, assets: dict, run, out: Path, asked: dict) -
     if unanswered:
         notes.append(f"No asset answers for: {', '.join(unanswered)}.")
     kinds = list({id(a): a for a in assets.values()}.values())
+    notes += dict.fromkeys(sentence for asset in kinds for sentence in remarks(asset, judged.snapshot))
     first = kinds[0].settings if kinds else {}
     error = metrics.hit_distance_error(answer, truth, judged.rays, judged.diagonal)
     return Row(

@@ -1,4 +1,5 @@
-"""One picture: Cycles' frame without its mirror part, and a method's reflections in its place."""
+"""One picture: Cycles' frame without its mirror part, and a method's reflections in its place. Or without Cycles: the
+background from the method's assets (core/background.py), and over it what the reflectors mirror."""
 
 from pathlib import Path
 
@@ -6,12 +7,17 @@ import bpy
 import numpy as np
 
 from ..core import lobe_rays
-from ..core.asset import asset_of
+from ..core.asset import Asset, asset_of
+from ..core.background import background_of, can_show, why_none
+from ..core.camera import Camera
 from ..core.errors import ReflectError
+from ..core.focus import can_focus, refocused
 from ..core.progress import teller
+from ..core.snapshot import SceneSnapshot
 from ..scene.bake import chosen_reflectors, load_assets
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
+from ..scene.freshness import remarks
 from ..scene.look import read_look
 from ..scene.raytrace import primary
 from .assets import assets_for
@@ -31,15 +37,23 @@ def render_picture(
     samples: int = 16,
     assets: Path | None = None,
     settings: dict | None = None,
+    background: bool = False,
+    focus: float = 0.0,
     progress=None,
 ) -> None:
     """Writes `out`: .png through the scene's view transform, .exr scene-linear. Assets come from the folder `assets`, or
-    are those beside the .blend, baked when they are missing or stale."""
+    are those beside the .blend, baked when they are missing or stale. background: it comes from the assets, too; of the
+    reflectors only what they mirror is then drawn. ReflectError where no asset holds the camera. focus: m from the assets' middle
+    to what is sharp, 0 = found by the bake."""
     from ..gpu.device import ensure
     from ..gpu.renderer import Renderer
 
     ensure()  # before minutes of work
     say = teller(progress, "The picture")
+    if background and not can_show(method):
+        raise ReflectError(*why_none(method))
+    if focus and not can_focus(method):
+        raise ReflectError(f"The method {method} has no focus.", "Leave --focus out, or choose light_field.")
     with open_frame(scene, frame, say) as snapshot:
         chosen_reflectors(snapshot, ())
         view = camera_of(scene, named_camera(scene, camera), *size)
@@ -53,13 +67,20 @@ def render_picture(
                     f"{assets} has no {method} asset of {', '.join(missing)}.",
                     f"Make it with: reflect bake FILE.blend --methods {method} --out {assets}.",
                 )
-        say(0.5, "tracing the frame")
-        seen = primary(view, samples=samples, scene=scene, progress=lambda s, t: say(0.5 + 0.4 * s, t))
+        for asset in {id(a): a for a in loaded.values()}.values():
+            for sentence in remarks(asset, snapshot):
+                say(0.5, f"Warning: {sentence}")
+        loaded = refocused(loaded, focus)
+        behind = _background(loaded, snapshot, method, view) if background else None
+        if not background:
+            say(0.5, "tracing the frame")
+            seen = primary(view, samples=samples, scene=scene, progress=lambda s, t: say(0.5 + 0.4 * s, t))
         renderer = Renderer(snapshot, loaded, look=read_look(scene), most_rays=lobe_rays.MOST)
-        covered = renderer.ray_map(view).covered()[..., None]
-        background = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)
+        if not background:
+            covered = renderer.ray_map(view).covered()[..., None]
+            behind = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)
         space = "linear" if out.suffix.lower() == ".exr" else "display"
-        picture = renderer.picture(view, background, space)[..., :3]
+        picture = renderer.picture(view, behind, space)[..., :3]
         renderer.free()
     if space == "linear":
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -67,3 +88,10 @@ def render_picture(
     else:
         write_png(out, picture)
     say(1.0, f"wrote {out}")
+
+
+def _background(assets: dict[str, Asset], snapshot: SceneSnapshot, method: str, view: Camera) -> Asset:
+    found = background_of(assets, snapshot, view)
+    if found is None:
+        raise ReflectError(*why_none(method, view))
+    return found

@@ -7,10 +7,10 @@ depsgraph walked, while drawing); the callback uploads what the timer brought, o
 import traceback
 
 import bpy
-import numpy as np
 from bpy.app.handlers import persistent
 
-from ..core.camera import Camera
+from ..core.background import background_of
+from ..scene.camera import viewport_camera
 from . import session as viewport_session
 from .program import forget_programs
 
@@ -19,32 +19,29 @@ DEPTH_BIAS = 1e-5
 _DELAY = 0.05  # s between a change and the walk: a drag sends a change per frame
 
 _handle = None
+_background_in: dict[int, bool] = {}  # viewport's address -> whether its background was drawn from assets
 
 
-def viewport_camera(region, region_data) -> Camera:
-    """The camera of a 3D viewport."""
-    view = np.array(region_data.view_matrix, np.float64)
-    return Camera(
-        np.linalg.inv(view), np.array(region_data.window_matrix, np.float64), int(region.width), int(region.height)
-    )
-
-
-def draw(context):
+def draw(context) -> bool:
     """Draw the scene's reflections into the bound framebuffer. context: anything with scene.name, region (width,
     height) and region_data (view_matrix, window_matrix). The first failure becomes the session's message and ends its
-    drawing.
+    drawing. True when the background was drawn from the assets, too.
     """
     viewport_session.free_retired()
     found = viewport_session.session(context.scene.name)
+    behind = None
     if found is None or not found.method or found.message:
-        return
+        return False
     try:
         renderer = found.current_renderer()
         if renderer is not None and context.region.width > 0 and context.region.height > 0:
-            renderer.draw_overlay(viewport_camera(context.region, context.region_data), DEPTH_BIAS)
+            camera = viewport_camera(context.region, context.region_data)
+            behind = background_of(renderer.assets, renderer.snapshot, camera) if found.background else None
+            renderer.draw_overlay(camera, DEPTH_BIAS, behind)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
         found.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
         traceback.print_exc()
+    return behind is not None
 
 
 def has_surfaces(space) -> bool:
@@ -56,7 +53,16 @@ def has_surfaces(space) -> bool:
 
 def _on_draw():
     if has_surfaces(bpy.context.space_data):
-        draw(bpy.context)
+        _tell_panels(bpy.context.area, draw(bpy.context))
+
+
+def _tell_panels(area, background: bool):
+    """The sidebar says why no background is drawn; it is drawn again when the view's eye enters or leaves a cell."""
+    if _background_in.get(area.as_pointer(), False) != background:
+        _background_in[area.as_pointer()] = background
+        for region in area.regions:
+            if region.type == "UI":
+                region.tag_redraw()
 
 
 def _refresh():

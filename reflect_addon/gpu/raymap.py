@@ -10,9 +10,10 @@ import numpy as np
 from ..core.camera import Camera
 from ..core.shading import roughness_spread
 from ..core.snapshot import Instance, SceneSnapshot
+from .background import draw_camera_rays
 from .counts import Counts
 from .program import Program, ProgramInfo, program
-from .targets import RayMapTarget
+from .targets import RAY_MAP_OUTPUTS, RayMapTarget
 from .upload import MeshBuffer
 from .view import VIEW_BLOCK, View
 
@@ -29,10 +30,9 @@ RAY_MAP = ProgramInfo(
     name="reflect_raymap",
     fragment="raymap.frag.glsl",
     uniforms=(("MAT4", "rel_from_object"), ("VEC4", "surface")),
-    outputs=(("VEC4", "origin_out"), ("VEC4", "direction_out"), ("VEC4", "normal_out"), ("VEC2", "material_out")),
+    outputs=RAY_MAP_OUTPUTS,
     **_SURFACE,
 )
-
 
 def surface_info(name: str, fragment: str, **more) -> ProgramInfo:
     """A program that draws the snapshot's meshes with another fragment stage (the viewport's last pass)."""
@@ -88,13 +88,16 @@ class RayMapPass:
             id(s.instance): _box_corners(snapshot.world_positions(s.instance)) for s in self.sections
         }
 
-    def draw(self, view: View, target: RayMapTarget, gpu):
-        """Occluders into depth, then the reflectors' rays where nothing hides them."""
+    def draw(self, view: View, target: RayMapTarget, gpu, background=None):
+        """Occluders into depth, then the reflectors' rays where nothing hides them. background: a full-screen batch: then all
+        other pixels hold the camera's own rays."""
         target.clear()
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
             gpu.state.face_culling_set("NONE")
+            if background is not None:
+                draw_camera_rays(gpu, background, view, target, self.counts)
             gpu.state.depth_test_set("LESS_EQUAL")
             gpu.state.depth_mask_set(True)
             if self.hiders:

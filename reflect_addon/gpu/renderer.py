@@ -15,6 +15,7 @@ from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
 from ..core.snapshot import SceneSnapshot
+from .background import BACKGROUND
 from .counts import Counts
 from .device import ensure
 from .fill import Fill, TextureCache
@@ -33,6 +34,13 @@ def registered_kernel(kind: str) -> Callable:
     from ..core import methods
 
     return methods.get(kind).trace
+
+
+def background_kernel(kind: str) -> Callable | None:
+    """The one for a camera's own rays, where a method has another for them."""
+    from ..core import methods
+
+    return getattr(methods.get(kind), "trace_background", None) if kind in methods.names() else None
 
 
 @dataclass(frozen=True)
@@ -74,7 +82,7 @@ class Renderer:
         self._textures = TextureCache(self._counts)
         self._followers = Followers(self._counts, self._textures)
         self.followed = Followed()  # what the last update made again
-        self._fills: dict[tuple[int, str | None, bool], tuple[Asset, Fill]] = {}
+        self._fills: dict[tuple[int, str | None, bool, Callable], tuple[Asset, Fill]] = {}
         self._rays: RayMapTarget | None = None
         self._answers: dict[str | None, ReflectionTarget] = {}
         self._look = LookTexture(look or Look(), self._counts)
@@ -172,13 +180,14 @@ class Renderer:
             self._draw_rays(camera)
             return self._rays.read(self.reflector_names, self._counts)
 
-    def answer(self, camera: Camera, positions: bool = True) -> Answer:
-        """The reflection buffer, (H, W, ...); zeros (STATUS_NONE) where no reflector is seen or none has an asset.
+    def answer(self, camera: Camera, positions: bool = True, background: Asset | None = None) -> Answer:
+        """The reflection buffer, (H, W, ...); zeros (STATUS_NONE) where no reflector is seen or none has an asset; where none is
+        seen, the answer of the asset `background` to the camera's own rays (core/background.py).
 
         Without positions, position and status are zeros: they are not computed."""
         with drawing_state():
-            self._draw_rays(camera)
-            target = self._draw_answers(camera, positions)
+            self._draw_rays(camera, background)
+            target = self._draw_answers(camera, positions, background)
             radiance = read_texture(target.radiance_tx, self._counts)
             if positions:
                 position = read_texture(target.position_tx, self._counts)
@@ -188,28 +197,34 @@ class Renderer:
             radiance[..., :3].copy(), radiance[..., 3].copy(), position[..., :3].copy(), position[..., 3].copy()
         )
 
-    def picture(self, camera: Camera, background: np.ndarray | None = None, space: str = "linear") -> np.ndarray:
+    def picture(self, camera: Camera, background: np.ndarray | Asset | None = None, space: str = "linear") -> np.ndarray:
         """(H, W, 4) float32, row 0 at the bottom: background ((H, W, 3) scene-linear: all but the mirror-like part of
         the reflectors) plus reflections; space 'linear', or 'display' (developed and encoded, for a PNG).
 
-        Without a background alpha is 1 on reflectors and 0 elsewhere."""
+        background: an asset answers the camera's own rays where no reflector is seen; reflections then lie over black.
+        Without one alpha is 1 on reflectors and 0 elsewhere."""
+        asset = background if isinstance(background, Asset) else None
         with drawing_state():
-            self._draw_rays(camera)
-            answers = self._draw_answers(camera, False)
+            self._draw_rays(camera, asset)
+            answers = self._draw_answers(camera, False, asset)
             return self._resolve.composite(
                 self.gpu, self._batch, self._rays, answers, self._materials, self._look, space, background, self._bounds(camera)
             )
 
-    def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5):
-        """Draw the reflectors into the framebuffer that is bound, against its depth; see glsl/overlay.frag.glsl."""
+    def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5, background: Asset | None = None):
+        """Draw the reflectors into the framebuffer that is bound, against its depth; see glsl/overlay.frag.glsl. Behind them
+        what the asset `background` answers, over all that is there."""
         with drawing_state() as gpu:
-            self._draw_rays(camera)
-            answers = self._draw_answers(camera, False)
+            self._draw_rays(camera, background)
+            answers = self._draw_answers(camera, False, background)
             self._view.set(camera, depth_bias)
-            gpu.state.depth_test_set("LESS_EQUAL")
             gpu.state.depth_mask_set(False)
             gpu.state.face_culling_set("NONE")
             gpu.state.blend_set("ALPHA_PREMULT")
+            if background is not None:
+                gpu.state.depth_test_set("NONE")
+                self._resolve.draw_background(self._batch, self._rays, answers, self._look)
+            gpu.state.depth_test_set("LESS_EQUAL")
             if self._raymap.sections:
                 self._raymap.draw_sections(
                     self._view,
@@ -219,14 +234,14 @@ class Renderer:
                     ),
                 )
 
-    def _draw_rays(self, camera: Camera):
+    def _draw_rays(self, camera: Camera, background: Asset | None = None):
         if self._rays is None or (self._rays.width, self._rays.height) != (camera.width, camera.height):
             self._rays = RayMapTarget(camera.width, camera.height, self._counts)
             self._answers = {}
         self._view.set(camera)
-        self._raymap.draw(self._view, self._rays, self.gpu)
+        self._raymap.draw(self._view, self._rays, self.gpu, self._batch if background is not None else None)
 
-    def _draw_answers(self, camera: Camera, positions: bool) -> ReflectionTarget:
+    def _draw_answers(self, camera: Camera, positions: bool, background: Asset | None = None) -> ReflectionTarget:
         beside = self._beside(positions)
         if beside not in self._answers:
             self._answers[beside] = ReflectionTarget(camera.width, camera.height, beside, self._counts)
@@ -239,6 +254,9 @@ class Renderer:
                 textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
                 fill, most = self._fill(group.asset, beside, rough), self.most_rays if rough else None
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
+        if background is not None:
+            fill = self._fill(background, beside, kernel=background_kernel(background.kind))
+            fill.draw(self.gpu, self._batch, self._rays.textures[:3], target, BACKGROUND, BACKGROUND)
         return target
 
     def _bounds(self, camera: Camera) -> tuple[int, int, int, int] | None:
@@ -249,10 +267,11 @@ class Renderer:
         """What the reflection buffer holds beside radiance: attenuation needs no more than a distance."""
         return "position" if positions else "distance" if self.attenuation is not None else None
 
-    def _fill(self, asset: Asset, beside: str | None, rough: bool = False) -> Fill:
-        key = (id(asset), beside, rough)
+    def _fill(self, asset: Asset, beside: str | None, rough: bool = False, kernel: Callable | None = None) -> Fill:
+        kernel = kernel or self._kernel(asset.kind)
+        key = (id(asset), beside, rough, kernel)
         if key not in self._fills:
-            self._fills[key] = (asset, Fill(asset, self._kernel(asset.kind), beside, self._textures, rough))
+            self._fills[key] = (asset, Fill(asset, kernel, beside, self._textures, rough))
         return self._fills[key][1]
 
     # What it costs.

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core import shading
+from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
 from ..core.look import LINEAR, TABLE_SIDE, TOP, Look
 from ..core.snapshot import SceneSnapshot
+from .background import ANSWERED, BACKGROUND, overlay_info
 from .counts import Counts
 from .program import Program, ProgramInfo, call_text, program
 from .raymap import surface_info
@@ -89,7 +91,8 @@ class Resolve:
         self._programs: dict[object, Program] = {}  # what was drawn before: recording and emitting take milliseconds
 
     def composite(self, gpu, batch, rays: RayMapTarget, answer: ReflectionTarget, materials, look, space, background, bounds):
-        """(H, W, 4) float32: reflections over `background` ((H, W, 3) scene-linear, or None: empty, alpha 0).
+        """(H, W, 4) float32: reflections over `background` ((H, W, 3) scene-linear; an asset: what it answered where the ray
+        map holds the camera's own rays; None: empty, alpha 0).
 
         space: 'linear' | 'display'. bounds: (x, y, width, height) px that holds all reflectors, None: there are none.
         Raises ValueError on a background of another size.
@@ -102,7 +105,8 @@ class Resolve:
         if space not in SPACES:
             raise ValueError(f"a picture is 'linear' or 'display', not '{space}'")
         backdrop = None
-        if background is not None:
+        kind = "" if background is None else "answer" if isinstance(background, Asset) else "picture"
+        if kind == "picture":
             if np.shape(background) != (rays.height, rays.width, 3):
                 raise ValueError(f"background has shape {np.shape(background)}, not {(rays.height, rays.width, 3)}")
             padded = np.concatenate([background, np.ones((rays.height, rays.width, 1))], -1)
@@ -111,19 +115,19 @@ class Resolve:
             target = gpu.types.GPUTexture((rays.width, rays.height), format="RGBA32F")
         target.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
         framebuffer = gpu.types.GPUFrameBuffer(color_slots=[target])
-        shader = self._program((space, backdrop is not None), self._composite_info)
+        shader = self._program((space, kind), self._composite_info)
         with framebuffer.bind():
             framebuffer.viewport_set(0, 0, rays.width, rays.height)
             gpu.state.blend_set("NONE")
             gpu.state.depth_test_set("NONE")
             shader.bind()
             self._bind(shader, rays, answer, materials)
-            shader.set("empty_alpha", 0.0 if backdrop is None else 1.0)
+            shader.set("empty_alpha", 1.0 if kind else 0.0)
             if backdrop is not None:
                 shader.image("background_tx", backdrop)
             if space == "display":
                 look.bind(shader)
-            region = bounds if backdrop is None else (0, 0, rays.width, rays.height)
+            region = (0, 0, rays.width, rays.height) if kind else bounds
             if region is not None:
                 gpu.state.scissor_set(*region)
                 gpu.state.scissor_test_set(True)
@@ -136,9 +140,21 @@ class Resolve:
         return self._program((), self._overlay_info)
 
     def _program(self, variant: tuple, info_of) -> Program:
-        if variant not in self._programs:
-            self._programs[variant] = program(info_of(*variant), self.counts)
-        return self._programs[variant]
+        key = (info_of.__name__, *variant)
+        if key not in self._programs:
+            self._programs[key] = program(info_of(*variant), self.counts)
+        return self._programs[key]
+
+    def draw_background(self, batch, rays: RayMapTarget, answer: ReflectionTarget, look: LookTexture):
+        """What an asset answered to the camera's own rays, into the framebuffer that is bound."""
+        shader = self._program((), self._background_info)
+        shader.bind()
+        shader.image("origin_tx", rays.origin_tx)
+        shader.image("radiance_tx", answer.radiance_tx)
+        shader.set("background_index", BACKGROUND)
+        look.bind(shader)
+        shader.draw(batch)
+        self.counts.passes += 1
 
     def bind_overlay(self, shader: Program, rays, answer, materials, look: LookTexture):
         self._bind(shader, rays, answer, materials)
@@ -199,12 +215,13 @@ class Resolve:
         samplers = (("FLOAT_3D", "look_tx"),) if self.plan.table else ()
         return f'#include "{name}"\n', (("VEC4", "look"),), samplers
 
-    def _composite_info(self, space: str, has_background: bool) -> ProgramInfo:
+    def _composite_info(self, space: str, background: str) -> ProgramInfo:
+        """background: "picture", "answer" (an asset's, to the camera's own rays) or "": none."""
         generated, uniforms, samplers = self._shared()
         uniforms += (("FLOAT", "empty_alpha"),)
-        value = "texelFetch(background_tx, pixel, 0).rgb" if has_background else "vec3(0.0)"
+        value = {"": "vec3(0.0)", "picture": "texelFetch(background_tx, pixel, 0).rgb", "answer": ANSWERED}[background]
         generated += (("background", f"vec3 background(ivec2 pixel)\n{{\n  return {value};\n}}\n"),)
-        if has_background:
+        if background == "picture":
             samplers += (("FLOAT_2D", "background_tx"),)
         if space == "display":
             include, look_uniforms, look_samplers = self._look_parts()
@@ -223,6 +240,9 @@ class Resolve:
             outputs=(("VEC4", "picture_out"),),
             generated=generated + (("develop", body),),
         )
+
+    def _background_info(self) -> ProgramInfo:
+        return overlay_info(*self._look_parts())
 
     def _overlay_info(self) -> ProgramInfo:
         generated, uniforms, samplers = self._shared()

@@ -24,6 +24,7 @@ class ViewportSession:
     surfaces: Asset | None = None  # the scene's surface radiance, where it was baked
     method: str = ""  # "" = off
     attenuation: float | None = None  # half distance, m
+    background: bool = False  # draw the background from the assets, too, where one holds the view's eye
     kernel: Callable[[str], Callable] = registered_kernel
     dirty: bool = True  # the scene changed since the last refresh
     message: str = ""  # why drawing stopped, for the panel; "" while all is well
@@ -38,9 +39,9 @@ class ViewportSession:
         self.method, self.assets, self.surfaces, self.message, self.dirty = method, dict(assets), surfaces, "", True
 
     def shows_others(self, method: str, assets: dict[str, Asset]) -> bool:
-        """Whether this would be another method, or other assets."""
+        """Whether this would be another method, or assets with other images: something to be uploaded and compiled."""
         same = method == self.method and assets.keys() == self.assets.keys()
-        return not same or any(assets[name] is not self.assets[name] for name in assets)
+        return not same or any(assets[name].images is not self.assets[name].images for name in assets)
 
     def refresh(self) -> bool:
         """Walk the scene if it changed. True when there is something new to draw. Not from a draw callback.

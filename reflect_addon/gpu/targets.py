@@ -7,6 +7,9 @@ from .counts import Counts
 from .device import ensure
 from .upload import check_size, read_texture
 
+# Of a program that draws into a RayMapTarget.
+RAY_MAP_OUTPUTS = (("VEC4", "origin_out"), ("VEC4", "direction_out"), ("VEC4", "normal_out"), ("VEC2", "material_out"))
+
 
 class RayMapTarget:
     """docs/decisions.md, "Buffers on the GPU", and material_tx (RG32F): index into the snapshot's materials, cosine

@@ -16,6 +16,7 @@ class View:
 
     def __init__(self):
         self.eye = np.zeros(3)
+        self.rel_from_clip = np.eye(4, dtype=np.float32).ravel()  # column by column: clip space to space relative to the eye
         self._buffer = None
 
     def set(self, camera: Camera, depth_bias: float = 0.0):
@@ -24,6 +25,7 @@ class View:
         camera_from_rel = np.eye(4)
         camera_from_rel[:3, :3] = camera.world_from_camera[:3, :3].T
         clip_from_rel = camera.clip_from_camera @ camera_from_rel
+        self.rel_from_clip = np.linalg.inv(clip_from_rel).T.ravel().astype(np.float32)
         # Half the height of the picture at 1 m (or its half height) over half its pixels.
         footprint = 2.0 / (abs(camera.clip_from_camera[1, 1]) * camera.height)
         data = np.zeros(28, np.float32)

@@ -8,6 +8,7 @@ import shutil
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 
 from ..core import methods, surface_asset, surface_radiance
@@ -24,7 +25,7 @@ from ..core.unfinished import PREFIX, Unfinished
 from .freshness import has_settings, inputs_hash, is_stale, settings_for
 from .intersect import intersector
 from .raytrace import trace
-from .ways import ways
+from .ways import camera_way, ways
 
 
 # Kinds of stand-ins (core/remake.py) that are captured again when something moves or deforms. Flat things only move.
@@ -55,7 +56,7 @@ def bake_assets(
     kinds = methods.with_required(tuple(wanted))
     tell = teller(progress, "The bake")
     shared: dict = {}
-    intersect, bounds = intersector(scene), ways(scene)
+    intersect, bounds, camera_bounds = intersector(scene), ways(scene), cache(partial(camera_way, scene))
     made: dict[Path, Asset] = {}
     followed: set[str] = set()  # instances whose stand-ins are captured again when they move
     steps = len(chosen) * len(kinds) + 1
@@ -82,7 +83,7 @@ def bake_assets(
                 unfinished = Unfinished(Path(folder) / f"{PREFIX}{path.name}", inputs)
                 job = BakeJob(
                     scene, reflector, traced, intersect, asked, _required(kind, done), shared, together, bounds,
-                    _earlier(path, kind, asked), unfinished, stages.set,
+                    camera_bounds, _earlier(path, kind, asked), unfinished, stages.set,
                 )  # fmt: skip
                 asset = replace(
                     methods.get(kind).bake(job), inputs_hash=inputs, bake_seconds=time.perf_counter() - began

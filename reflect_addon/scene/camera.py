@@ -1,4 +1,4 @@
-"""A Blender camera as a core.camera.Camera."""
+"""Blender's cameras, and a viewport's own, as a core.camera.Camera."""
 
 import bpy
 import numpy as np
@@ -39,3 +39,19 @@ def camera_of(scene: bpy.types.Scene, obj: bpy.types.Object | None, width: int, 
     world_from_camera[:3, :3], world_from_camera[:3, 3] = axes, pose[:3, 3]
     projection = np.array(evaluated.calc_matrix_camera(depsgraph, x=width, y=height), np.float64)
     return Camera(world_from_camera, projection, width, height)
+
+
+def camera_place(depsgraph: bpy.types.Depsgraph) -> tuple[float, float, float] | None:
+    """World, m: where the scene's camera stands; None without one, or where that is no place."""
+    if depsgraph.scene.camera is None:
+        return None
+    place = tuple(depsgraph.scene.camera.evaluated_get(depsgraph).matrix_world.translation)
+    return place if np.isfinite(place).all() else None
+
+
+def viewport_camera(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> Camera:
+    """The camera of a 3D viewport."""
+    view = np.array(region_data.view_matrix, np.float64)
+    return Camera(
+        np.linalg.inv(view), np.array(region_data.window_matrix, np.float64), int(region.width), int(region.height)
+    )

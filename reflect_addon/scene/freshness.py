@@ -12,10 +12,21 @@ from ..core.snapshot import Instance, SceneSnapshot
 
 def is_stale(scene: SceneSnapshot, asset: Asset) -> bool:
     """Whether the scene is no longer what the asset was baked from."""
-    names = {asset.reflector} if asset.reflector else {part.instance for part in asset.parts if part.kind == REFLECTOR}
+    return not is_fresh(asset, inputs_now(scene, asset)) or bool(remarks(asset, scene))
+
+
+def inputs_now(scene: SceneSnapshot, asset: Asset) -> str:
+    """inputs_hash of the asset's reflectors as the scene is; "" where one of them is gone."""
+    names = _names(asset)
     reflectors = tuple(r for r in scene.reflectors() if r.name in names)
-    fresh = len(reflectors) == len(names) and is_fresh(asset, inputs_hash(scene, asset.kind, reflectors, asset.settings))
-    return not fresh or any(remark(asset, scene, r) for r in reflectors)
+    return inputs_hash(scene, asset.kind, reflectors, asset.settings) if len(reflectors) == len(names) else ""
+
+
+def remarks(asset: Asset, scene: SceneSnapshot) -> tuple[str, ...]:
+    """Each remark on the asset's reflectors, once."""
+    names = _names(asset)
+    said = (remark(asset, scene, r) for r in scene.reflectors() if r.name in names)
+    return tuple(dict.fromkeys(filter(None, said)))
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
@@ -47,3 +58,8 @@ def inputs_hash(scene: SceneSnapshot, kind: str, reflectors: tuple[Instance, ...
         return ""
     parts = [content, kind, *(r.name for r in reflectors), json.dumps(settings, sort_keys=True, default=str)]
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def _names(asset: Asset) -> set[str]:
+    """Of the reflectors that the asset was baked for."""
+    return {asset.reflector} if asset.reflector else {part.instance for part in asset.parts if part.kind == REFLECTOR}

@@ -16,9 +16,10 @@ from ..core.asset import Asset
 from ..core.asset_files import load_asset
 from ..core.asset_places import asset_name, scene_folder
 from ..core.errors import ReflectError
+from ..core.focus import refocused
 from ..core.snapshot import SceneSnapshot
 from .bake import answering
-from .freshness import has_settings, is_stale
+from .freshness import has_settings, inputs_now, remark
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
@@ -42,9 +43,11 @@ class Live:
         self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
         self.surfaces: Asset | None = None  # the scene's surface radiance, from which stand-ins follow what moves
         self._joined: dict[tuple[int, ...], Asset | None] = {}
-        self._seen: dict[str, str] = {}  # asset's inputs hash -> geometry hash that the window saw when it was baked
+        self._focused: tuple[tuple, dict[str, Asset]] = ((), {})  # what `shown` was asked and answered last
+        self._seen: dict[str, str] = {}  # asset's inputs hash -> the same, of what the window saw when its bake started
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
         self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
+        self.remarks: dict[str, str] = {}  # reflector -> why its asset no longer serves it where it is, as a sentence
         self.other_settings: tuple[str, ...] = ()  # reflectors whose assets were baked with others than are set now
         self.missing: tuple[str, ...] = ()  # reflectors without assets
         self.bake_error = ""
@@ -123,6 +126,7 @@ class Live:
     def _compare(self, scene: bpy.types.Scene) -> None:
         """Which reflectors have no assets, or old ones."""
         self.stale = self.missing = self.other_settings = ()
+        self.remarks = {}
         if self.snapshot is None or not is_on(scene):
             return
         stale, missing, other = [], [], []
@@ -133,7 +137,9 @@ class Live:
             if None in found:
                 missing.append(reflector.name)
                 continue
-            if any(self._is_stale(asset) for asset in found):
+            if said := " ".join(filter(None, (remark(asset, self.snapshot, reflector) for asset in found))):
+                self.remarks[reflector.name] = said
+            if said or any(self._is_stale(asset) for asset in found):
                 stale.append(reflector.name)
             if any(not has_settings(asset, asked) for asset in found):
                 other.append(reflector.name)
@@ -142,21 +148,21 @@ class Live:
     def _is_stale(self, asset: Asset) -> bool:
         """A bake reads the scene as renders see it, the window as viewports do (other subdivision levels, say): what
         this window baked itself is compared with what the window saw when it started that bake."""
-        seen = self._seen.get(asset.inputs_hash)
-        return is_stale(self.snapshot, asset) if seen is None else seen != self.snapshot.geometry_hash
+        now = inputs_now(self.snapshot, asset)
+        return not now or now != self._seen.get(asset.inputs_hash, asset.inputs_hash)
 
-    def bake_starts(self, scene: bpy.types.Scene) -> str:
-        """The geometry hash of what is baked now, as the window sees it; "" when the scene cannot be read."""
+    def bake_starts(self, scene: bpy.types.Scene) -> SceneSnapshot | None:
+        """What is baked now, as the window sees it; None when the scene cannot be read."""
         if self.changed:
             self.look(scene)
-        return self.snapshot.geometry_hash if self.snapshot else ""
+        return self.snapshot
 
-    def bake_ended(self, scene: bpy.types.Scene, folders: tuple[str, ...], seen: str) -> None:
+    def bake_ended(self, scene: bpy.types.Scene, folders: tuple[str, ...], seen: SceneSnapshot | None) -> None:
         """Loads what a bake wrote that started when the window saw `seen`."""
         self.reload(scene)
         for (kind, reflector), asset in self.assets.items():
-            if str(self.folder / asset_name(kind, reflector)) in folders:
-                self._seen[asset.inputs_hash] = seen
+            if seen is not None and str(self.folder / asset_name(kind, reflector)) in folders:
+                self._seen[asset.inputs_hash] = inputs_now(seen, asset)
         self._compare(scene)
 
     def joined(self) -> dict[str, Asset]:
@@ -173,6 +179,14 @@ class Live:
             if (asset := self._join(assets)) is not None:
                 found[reflector.name] = asset
         return found
+
+    def shown(self, focus_distance: float) -> dict[str, Asset]:
+        """`joined`, focused on a distance (core/focus.py); the same objects for the same question."""
+        joined = self.joined()
+        asked = (focus_distance, *((name, id(asset)) for name, asset in joined.items()))
+        if self._focused[0] != asked:
+            self._focused = asked, refocused(joined, focus_distance)
+        return self._focused[1]
 
     def _join(self, assets: list[Asset]) -> Asset | None:
         """The last asset with the others; the same object for the same assets, so that nothing is uploaded twice. None,

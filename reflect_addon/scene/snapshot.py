@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.snapshot import Bulb, Instance, Material, Mesh, SceneSnapshot, Sun
 from ..core.spaces import FAR
+from .camera import camera_place
 from .fingerprint import Fingerprint
 from .geometry import read_mesh
 from .lamps import intensity, lamp_mesh
@@ -56,6 +57,7 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         suns=tuple(reader.suns),
         bulbs=tuple(reader.bulbs),
         instance_hashes=reader.fingerprint.instances,
+        camera=camera_place(depsgraph),
     )
 
 

@@ -3,9 +3,12 @@
 import bpy
 
 from ..core import methods
+from ..core.background import background_of, can_show, why_none
+from ..core.focus import can_focus
 from ..core.settings import of as setting_of
 from ..ops import bake
 from ..scene import live
+from ..scene.camera import viewport_camera
 
 LISTED = 12  # reflectors named in the panel; a scene may have thousands
 
@@ -78,6 +81,12 @@ class REFLECT_PT_settings(_Tab, bpy.types.Panel):
         layout.use_property_split, layout.use_property_decorate = True, False
         _fields(layout, settings, advanced=False)
         layout.prop(settings, "half_distance")
+        if can_focus(settings.method):
+            row = layout.row(align=True)
+            row.prop(settings, "focus_distance")
+            row.operator("reflect.focus_here", text="", icon="EYEDROPPER")
+        if can_show(settings.method):
+            layout.prop(settings, "background")
 
 
 class REFLECT_PT_advanced(_Tab, bpy.types.Panel):
@@ -110,9 +119,18 @@ class REFLECT_PT_assets(_Tab, bpy.types.Panel):
             row.label(text=f"{kind}: {reflector or 'all'}")
             row.label(text=f"{_memory(asset.bytes())}, baked in {asset.bake_seconds:.1f} s")
         column.label(text=f"{len(state.assets)} assets, {_memory(state.bytes())} on the GPU")
+        for message in dict.fromkeys(_reports(state)):
+            _sentence(layout, context, message, "INFO")
         row = layout.row(align=True)
         row.operator("reflect.open_folder", icon="FILE_FOLDER")
         row.operator("reflect.delete_assets", icon="TRASH")
+
+
+def _reports(state):
+    """What methods say of the listed assets."""
+    for (kind, reflector), asset in list(state.assets.items())[:LISTED]:
+        if report := getattr(methods.get(kind), "report", None):
+            yield f"{reflector or 'All'}: {report(asset)}"
 
 
 def _named(settings, advanced: bool):
@@ -152,13 +170,25 @@ def _warnings(context, state):
     """What the user should know about the picture that is shown now."""
     if state.missing:
         yield f"Not baked yet: {_names(state.missing)}. Press Bake."
-    if state.stale:
-        yield f"The scene changed since the bake of {_names(state.stale)}. Bake again to bring it up to date."
+    yield from dict.fromkeys(state.remarks.values())
+    if changed := [name for name in state.stale if name not in state.remarks]:
+        yield f"The scene changed since the bake of {_names(changed)}. Bake again to bring it up to date."
     if state.other_settings:
         yield f"{_names(state.other_settings)} was baked with other settings than these. Bake again to use these."
+    yield from _without_background(context, state)
     space = context.space_data
     if space.shading.type in {"MATERIAL", "RENDERED"} and not space.overlay.show_overlays:
         yield "Overlays are off: EEVEE then keeps no depth and reflections cannot be drawn. Switch overlays on."
+
+
+def _without_background(context, state):
+    """Why the background that was asked for is not drawn in this view."""
+    settings, shown = context.scene.reflect, state.joined()
+    if settings.background and can_show(settings.method) and shown:
+        region = next(r for r in context.area.regions if r.type == "WINDOW")
+        camera = viewport_camera(region, context.space_data.region_3d)
+        if background_of(shown, state.snapshot, camera) is None:
+            yield " ".join(why_none(settings.method, camera))
 
 
 def _names(names):

@@ -58,6 +58,23 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         update=_look_changed,
     )
 
+    background: bpy.props.BoolProperty(
+        name="Background",
+        description="Show all that is behind the reflectors from the light field, too, in place of the viewport's own shading. "
+        "For views from inside its cell",
+        update=_look_changed,
+    )
+    focus_distance: bpy.props.FloatProperty(
+        name="Focus",
+        description="Distance from the cell's middle at which the light field is sharpest. 0: found automatically, for each side "
+        "of the cell. With Depth per View everything is near to sharp and this changes little. Needs no other bake",
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        subtype="DISTANCE",
+        update=_look_changed,
+    )
+
     def settings_of(self, kind: str) -> dict[str, object]:
         """What a bake of this method alone is asked for: name -> value; {} for a method that was added while Blender ran."""
         group = getattr(self, kind, None)

@@ -26,7 +26,7 @@ SHOWN = 0.3  # s: longer than from a text to the walk that the drawing follows
 
 
 def _display(scene: bpy.types.Scene, state: live.Live) -> None:
-    joined = state.joined()
+    joined = state.shown(scene.reflect.focus_distance)
     if not joined:
         session.set_session(scene.name, None)
         return
@@ -35,6 +35,7 @@ def _display(scene: bpy.types.Scene, state: live.Live) -> None:
         found = _new_session(scene)
         session.set_session(scene.name, found)
     found.attenuation = scene.reflect.half_distance or None
+    found.background = scene.reflect.background
     others = found.shows_others(state.method, joined)
     found.set_assets(state.method, joined, state.surfaces)
     state.draw_error = lambda: found.message

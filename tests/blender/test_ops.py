@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
+import numpy as np
 import pytest
 
 import reflect_addon
@@ -33,8 +34,6 @@ def ball(registered, tmp_path):
 
 
 def environment(inputs_hash="", reflector="Ball"):
-    import numpy as np
-
     return Asset("environment", reflector, {"radiance_tx": np.ones((4, 4, 4), np.float16)}, inputs_hash=inputs_hash)
 
 
@@ -365,11 +364,17 @@ def drawn(**space):
 
     shading = SimpleNamespace(type=space.get("shading", "SOLID"))
     overlay = SimpleNamespace(show_overlays=space.get("overlays", True))
+    eye = np.eye(4)
+    eye[:3, 3] = space.get("eye", (0, 0, 0))
+    lens = np.array([[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, -1.0, -0.1], [0, 0, -1.0, 0]])
     context = SimpleNamespace(
         scene=bpy.context.scene,
+        area=SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", width=64, height=48)]),
         preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),  # 0 without a window
         region=SimpleNamespace(width=3000),
-        space_data=SimpleNamespace(shading=shading, overlay=overlay),
+        space_data=SimpleNamespace(
+            shading=shading, overlay=overlay, region_3d=SimpleNamespace(view_matrix=np.linalg.inv(eye), window_matrix=lens)
+        ),
     )
     seen = []
     for cls in (

@@ -9,7 +9,7 @@ import trimesh
 from analytic import unit
 from mesh_scenes import MIRROR, job, snapshot
 
-from reflect_addon.core import spaces
+from reflect_addon.core import light_field_trace, spaces
 from reflect_addon.core.errors import Cancelled
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.light_field import SLABS, cell_of
@@ -109,7 +109,8 @@ def test_what_no_ray_reaches_is_left_out(rng):
     assert 1 in cell_of(baked(hangs)).slabs
 
 
-def test_an_interrupted_bake_goes_on_where_it_was(tmp_path):
+def test_an_interrupted_bake_goes_on_where_it_was(tmp_path, monkeypatch):
+    monkeypatch.setattr(light_field_trace, "TOGETHER", 0)
     scene, made = room(), []
     whole = baked(scene, made)
     rays = sum(len(r) for r, _ in made)

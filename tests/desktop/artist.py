@@ -20,6 +20,7 @@ import numpy as np
 ZIP, SAMPLE, OUT, WORKER = map(Path, sys.argv[sys.argv.index("--") + 1 :][:4])
 MODULE = "bl_ext.user_default.reflect"
 RESOLUTION, SAMPLES = 128, 8  # of the bakes: small, since OpenGL and Cycles share a processor here
+VIEWS, VIEW_TEXELS = 4, 64  # of light fields
 RESPONSIVE = 2.0  # s: longest time in which the window may answer nothing during a bake, on software OpenGL
 PATIENCE = 300.0  # s for one bake: ten times what it takes on two idle cores
 results: dict = {"steps": [], "seconds": {}}
@@ -73,9 +74,12 @@ def set_small():
     """Cheap bakes of every method."""
     for name in part("core.methods").names():
         if (group := getattr(scene().reflect, name, None)) and hasattr(group, "samples"):
-            group.resolution, group.samples = str(RESOLUTION), SAMPLES
-            if hasattr(group, "texels"):
-                group.texels = str(RESOLUTION)
+            group.samples = SAMPLES
+            for side in ("resolution", "texels"):
+                if hasattr(group, side):
+                    setattr(group, side, str(RESOLUTION))
+            if hasattr(group, "views"):
+                group.views, group.view_texels = VIEWS, str(VIEW_TEXELS)
 
 
 def bake():

@@ -1,4 +1,4 @@
-"""Artists' sessions in a real Blender window; see run_window.py and run_contact.py. Needs root and the blender-desktop tool."""
+"""Artists' sessions in a real Blender window; see run_window.py, run_light_field.py and run_contact.py. Needs root and the blender-desktop tool."""
 
 import json
 import os
@@ -48,6 +48,11 @@ def session(script: str, sample: str, *more: str) -> dict:
 @pytest.mark.desktop
 def test_an_artists_session():
     assert "13-eevee-on" in session("run_window", "columns.blend")["steps"]
+
+
+@pytest.mark.desktop
+def test_a_light_field_is_focused_and_shown_behind():
+    assert "07-inside-again" in session("run_light_field", "columns.blend")["steps"]
 
 
 @pytest.mark.desktop

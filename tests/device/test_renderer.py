@@ -145,7 +145,7 @@ def test_attenuation_and_its_absence(make):
     sources = []
     for renderer in (plain, faded):
         assert isinstance(renderer._resolve, Resolve)
-        sources.append(repr(renderer._resolve._composite_info("linear", False)))
+        sources.append(repr(renderer._resolve._composite_info("linear", "")))
     assert "distance_tx" not in sources[0] and "attenuation_at" not in sources[0]
     assert "distance_tx" in sources[1]
     assert "position" not in plain.shader_source(plain.assets[""])
@@ -154,9 +154,9 @@ def test_attenuation_and_its_absence(make):
 def test_a_plan_without_metal_has_no_metal(make):
     metal = make(scenes.snapshot(("a", scenes.sphere_mesh(), scenes.placed(), GOLD)), {})
     plastic = make(scenes.snapshot(("a", scenes.sphere_mesh(), scenes.placed(), PLASTIC)), {})
-    assert "F82" in repr(metal._resolve._composite_info("linear", False))
-    assert "F82" not in repr(plastic._resolve._composite_info("linear", False))
-    assert "Fresnel" not in repr(metal._resolve._composite_info("linear", False))
+    assert "F82" in repr(metal._resolve._composite_info("linear", ""))
+    assert "F82" not in repr(plastic._resolve._composite_info("linear", ""))
+    assert "Fresnel" not in repr(metal._resolve._composite_info("linear", ""))
 
 
 def test_look_on_the_gpu_equals_numpy(make, rng):

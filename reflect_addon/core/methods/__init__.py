@@ -14,6 +14,10 @@ and may have
     remark(asset, scene, reflector) -> str       a sentence when the asset no longer serves the reflector where it is now
     predicted_bytes(job: BakeJob) -> int         memory of the asset, before it is baked
     report(asset) -> str                         what was left out, as a sentence
+    holds(asset, points) -> (N,) bool            whether any ray from these places is answered, a camera's too (core/background.py)
+    trace_background(k, asset, ray) -> Hit       the kernel for a camera's rays, where it is another than `trace`
+    focused(asset, distance) -> Asset            the asset with another focal plane, in m from its middle (0: its own), sharing its
+                                                 images; and distance_of(asset, point), which plane a point lies on
 """
 
 from types import ModuleType

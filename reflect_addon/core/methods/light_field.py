@@ -6,7 +6,9 @@ it. A reflected ray is looked up in the four views around it and blended (core/l
 depend on the scene; the reflector moves in its cell without a new bake.
   * With `depth` every view also stores how far it sees, and each ray is looked up in each view where that view sees what the
     ray meets: 8 x 8 views with depths show more than 32 x 32 without.
+    (A slab's focal plane is then no more than the first guess.)
   * Without, all views of a slab share one focal plane, found from the views themselves (core/light_field_focus.py).
+  * A camera in the cell (`cameras`) sees its background from the same slabs: its own rays take the reflected ones' place.
 Contact. The paper has none: near things seen through four views float. Where depth maps or billboards of the reflector are
 baked as well (COMPANIONS), they answer rays that end within the reflector's own size, and fade into the slabs beyond.
 Where we depart. Per-view depth; the camera planes (core/light_field.py); only texels that some reflected ray can reach are
@@ -20,14 +22,17 @@ import numpy as np
 
 from .. import bc1, hdr_code, spaces
 from ..asset import Asset
+from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
 from ..light_field import FIRST, SLABS, Cell, cell_of
 from ..light_field_change import changed_boxes, seen_parts, views_that_saw
-from ..light_field_focus import focus
+from ..light_field_focus import FEW, PROBES, focus
 from ..light_field_kernel import answer
 from ..light_field_reach import Reach, reach_of
-from ..light_field_slab import Slab, bake_slab, filled, rows_of_views
+from ..light_field_refocus import distance_of, focused
+from ..light_field_slab import Slab, bake_slab, filled
+from ..light_field_trace import SlabTracer
 from ..remake import parts_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
@@ -50,6 +55,8 @@ SETTINGS = {
                           "another bake. Without it, its place at this frame alone"),
     "room": Setting("Room", "How much wider the cell is than what it holds, on every side, as a share of its size: room for the "
                     "reflector to be moved about in", high=10.0, soft_high=1.0),
+    "cameras": Setting("Camera in Cell", "The cell also holds the scene's camera (with Whole Path, its way over all frames), so that "
+                       "the background can be shown from the light field, too"),
     "contact": Setting("Contact", "What is near the reflector is shown by its depth maps, or else its billboards, where these are baked too. "
                        "Costs what they cost"),
     "compressed": Setting("Compressed", "Radiance in a sixteenth of the memory, 4 bits a ray, as the paper stores it: a few percent less exact. "
@@ -58,7 +65,8 @@ SETTINGS = {
                       "see each other"),
 }  # fmt: skip
 DEFAULTS = {
-    "views": 8, "view_texels": 128, "samples": 4, "depth": True, "whole_path": True, "room": 0.0, "contact": True, "compressed": False, "shared": False,
+    "views": 8, "view_texels": 128, "samples": 4, "depth": True, "whole_path": True, "room": 0.0, "cameras": False, "contact": True,
+    "compressed": False, "shared": False,
 }  # fmt: skip
 
 
@@ -67,26 +75,21 @@ def bake(job: BakeJob) -> Asset:
     and views of an earlier bake that saw nothing of what changed, are taken as they are."""
     cell, reach = plan(job)
     boxes = changed_boxes(job, cell, job.earlier)
-    parts_of_slab = len(rows_of_views(cell))
-    steps, done = max(len(cell.slabs) * parts_of_slab, 1), 0
-    atlas, scale, planes, again = np.zeros((*cell.shape(), 4), np.float16), 1.0, np.zeros(SLABS), np.zeros(2, int)
-    side = cell.slab_side()
+    finished = {face: _finished(job, face) for face in cell.slabs}
+    before = {face: _before(job.earlier, cell, face) for face in cell.slabs} if boxes is not None else {}
+    wanted = {face: reach.of(face) for face, slab in finished.items() if slab is None}
+    for face in wanted.keys() & before.keys():
+        wanted[face] = views_that_saw(cell, face, boxes, before[face].traced(), wanted[face])
+    traced = SlabTracer(job, cell, wanted)
+    atlas, scale, planes, made = np.zeros((*cell.shape(), 4), np.float16), 1.0, np.zeros(SLABS), np.zeros(2, int)
     for face in cell.slabs:
-
-        def told(face=face):
-            nonlocal done
-            job.stage(done / steps, (done + 1) / steps, f"slab {spaces.FACE_NAMES[face]}")
-            done += 1
-
-        x, y = cell.origin(face)
-        slab = _finished(job, face)
+        slab = finished.pop(face)
         if slab is None:
-            slab = _baked(job, cell, face, reach, boxes, told, again)
+            slab, count = bake_slab(cell, face, wanted[face], traced, before.get(face))
+            made += count
             _finish(job, face, slab)
-        else:
-            done += parts_of_slab
-        slab = filled(slab, cell)
-        planes[face] = focus(cell, face, slab)
+        slab, side, (x, y) = filled(slab, cell), cell.slab_side(), cell.origin(face)
+        planes[face] = focus(cell, face, slab, FEW if job.settings["depth"] else PROBES)
         if slab.scale > scale:
             atlas[..., :3] *= np.float16(scale / slab.scale)
             scale = slab.scale
@@ -103,7 +106,8 @@ def bake(job: BakeJob) -> Asset:
         uniforms={
             **cell.uniforms(), "light_scale": scale, "focus": tuple(planes[0::2]), "focus_back": tuple(planes[1::2]),
             **code, "contact": float(np.linalg.norm(np.subtract(*job.scene.bounds(reflectors)))),
-            **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(again[1]), "rays_made": float(again[0])},
+            **{"rays": float(used.sum()), "views_used": float(views), "views_made": float(made[1]), "rays_made": float(made[0])},
+            "everywhere": float(reach.is_everything()),
         },
         options={"views": cell.views, "texels": cell.texels, "columns": cell.columns(), "depth": bool(job.settings["depth"]), "coded": bool(code)},
         settings=dict(job.settings),
@@ -116,12 +120,23 @@ def plan(job: BakeJob) -> tuple[Cell, Reach]:
     """The cell of the job's reflectors and what of it they reach; nothing is traced for it."""
     asked = job.settings
     ways = [job.way(r) if asked["whole_path"] else job.scene.bounds([r]) for r in job.reflectors()]
+    if asked["cameras"]:
+        ways.append(_camera_way(job))
     low, high = np.min([w[0] for w in ways], 0), np.max([w[1] for w in ways], 0)
     moves = not np.allclose([low, high], job.scene.bounds(job.reflectors()), atol=1e-4 * np.linalg.norm(high - low))
     room = float(asked["room"]) * (high - low)
     cell = Cell.around(low - room, high + room, int(asked["views"]), int(asked["view_texels"]))
-    reach = reach_of(job, moves or asked["room"] > 0)
+    reach = reach_of(job, moves or asked["room"] > 0 or bool(asked["cameras"]))
     return Cell(cell.center, cell.half, cell.views, cell.texels, slabs=reach.slabs()), reach
+
+
+def _camera_way(job: BakeJob) -> tuple[np.ndarray, np.ndarray]:
+    way = job.camera_way() if job.settings["whole_path"] else job.camera_now()
+    if way is None:
+        raise ReflectError(
+            f"The scene {job.scene.scene_name} has no camera for a cell that holds the camera.", "Add one, or leave Camera in Cell off."
+        )
+    return way
 
 
 def predicted_bytes(job: BakeJob) -> int:
@@ -139,10 +154,19 @@ def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
-    """A sentence when a reflector has left its cell, else ""."""
-    if cell_of(asset).contains(scene.world_positions(reflector)).all():
-        return ""
-    return f"{reflector.name} has left its light field's cell: bake again, with Room or Whole Path if it is to move."
+    """A sentence when a reflector, or the camera that the cell was made for, has left its cell, else ""."""
+    cell, left = cell_of(asset), "has left its light field's cell: bake again, with Room or Whole Path if it is to move."
+    if not cell.contains(scene.world_positions(reflector)).all():
+        return f"{reflector.name} {left}"
+    if asset.settings.get("cameras") and scene.camera is not None and not cell.contains(scene.camera):
+        return f"The camera {left}"
+    return ""
+
+
+def holds(asset: Asset, points: np.ndarray) -> np.ndarray:
+    """(N,) bool: (N, 3) world points from which any ray is answered: those in the cell, when all directions were traced
+    ("as long as the viewpoint does not move out of the bounding slabs", yu-2005 section 6)."""
+    return cell_of(asset).contains(points) & bool(asset.uniforms.get("everywhere"))
 
 
 def report(asset: Asset) -> str:
@@ -155,16 +179,10 @@ def report(asset: Asset) -> str:
     )
 
 
-def _baked(job: BakeJob, cell: Cell, face: int, reach: Reach, boxes, told, made: np.ndarray) -> Slab:
-    """A slab, traced whole, or of an earlier asset with those views new that saw one of the boxes. made: adds (rays, views)."""
-    wanted, before = reach.of(face), None
-    if boxes is not None:
-        x, y = cell_of(job.earlier).origin(face)
-        before = Slab(job.earlier.images["light_field_tx"][y : y + cell.slab_side(), x : x + cell.slab_side()], job.earlier.uniforms["light_scale"])
-        wanted = views_that_saw(cell, face, boxes, before.traced(), wanted)
-    slab, count = bake_slab(job, cell, face, wanted, told, before)
-    made += count
-    return slab
+def _before(earlier: Asset, cell: Cell, face: int) -> Slab:
+    """A slab of an earlier asset with the same cell."""
+    (x, y), side = cell.origin(face), cell.slab_side()
+    return Slab(earlier.images["light_field_tx"][y : y + side, x : x + side], earlier.uniforms["light_scale"])
 
 
 def _compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
@@ -193,7 +211,7 @@ def _finish(job: BakeJob, face: int, slab: Slab) -> None:
 def trace(k, asset, ray) -> Hit:
     """Four views of the ray's slab; no answer where that slab was left out. What is near, from the companion that was joined."""
     if "count" not in asset.options:
-        return _slabs(k, asset, ray)
+        return trace_background(k, asset, ray)
     near = (depth_maps if "maps" in asset.options else billboards).trace(k, asset, ray)
     size = asset.uniforms["contact"]
     distance = k.name("near_distance", k.dot(near.position - ray.origin, ray.direction))
@@ -201,7 +219,7 @@ def trace(k, asset, ray) -> Hit:
     far = k.name("far", k.select(k.equal(near.status, spaces.STATUS_HIT), fades, 1.0))
 
     def slabs():
-        hit = _slabs(k, asset, ray)
+        hit = trace_background(k, asset, ray)
         kept = hit.coverage * far
         return (
             k.mix(near.radiance, hit.radiance, kept), k.select(kept > 0.5, hit.position, near.position),
@@ -212,6 +230,7 @@ def trace(k, asset, ray) -> Hit:
     return Hit(radiance, position, near.coverage, status)
 
 
-def _slabs(k, asset, ray) -> Hit:
+def trace_background(k, asset, ray) -> Hit:
+    """The slabs alone: what is near the reflector is not what is near a camera."""
     radiance, position, coverage = answer(k, asset, ray)
     return Hit(radiance, position, coverage, k.select(coverage > 0.0, spaces.STATUS_HIT, spaces.STATUS_NONE))
