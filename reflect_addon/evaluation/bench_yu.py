@@ -11,7 +11,7 @@ from ..core.asset import Asset
 from ..core.light_field import SLABS
 from ..core.methods import light_field
 from ..core.processes import temporary_folder
-from ..core.rays import Rays
+from ..core.rays import RayMap, Rays
 from ..scene.look import read_look
 from . import bench_yu_bake, bench_yu_rays
 from . import bench_yu_columns as room
@@ -23,6 +23,7 @@ FEW = {"views": 8, "view_texels": 128, "samples": 4}
 SIZE = (512, 512)  # Y1, Y2
 TURNS, FRAMES = 15, 2
 PASS, PASSES = 1 << 17, 31  # rays of a pass, and turns
+TILE, BUNDLE = 4, 1024  # px: squares of the frame that stay together in a pass, and the width of a gpu.fill.RayBundle
 PAPERS_RATE = [80 / 400, 90 / 340, 70 / 260, 70 / 200]
 LEVEL = 1.15
 MEMORY = 2.0  # GiB
@@ -87,7 +88,7 @@ def _frames(large: Asset, few: Asset, environment: Asset) -> list[dict]:
     corrected = [_rate(s, depth, environment) for s in shapes]
     most = _rate(shapes[1], room.with_depth(large, True), environment)
     rays = [m.rays() for m in seen]
-    each = _passes(plain, rays)
+    each = _passes(plain, seen)
     level = float(each.max() / each.min())
     looks = [[bench_yu_rays.looks(a, Rays(r.origin[::16], r.direction[::16])) for r in rays] for a in (plain, depth)]
     covered = ", ".join(f"{m.covered().mean():.0%}" for m in seen)
@@ -99,7 +100,7 @@ def _frames(large: Asset, few: Asset, environment: Asset) -> list[dict]:
         row("Y1-depth", corrected, 0.35, min(corrected) >= 0.35,
             f"The same, 8x8 views with depths; texels a ray over 4: {_listed(looks[1])}. With 32x32 and depths {most:.2f} (sphere)."),
         row("Y2", level, LEVEL, level <= LEVEL,
-            f"Longest over shortest pass of Y1's look-ups, without rasterising and resolve: {PASS:,} rays of each shape's pixels; {_listed(each / each.min())}.",
+            f"Longest over shortest pass of Y1's look-ups, without rasterising and resolve: {PASS:,} rays of each shape, in squares of {TILE}x{TILE} pixels; {_listed(each / each.min())}.",
             paper=90 / 70),
     ]  # fmt: skip
 
@@ -116,15 +117,13 @@ def _rate(shape: scenes.Shape, asset: Asset, environment: Asset) -> float:
     return ratio
 
 
-def _passes(asset: Asset, rays: list[Rays]) -> np.ndarray:
+def _passes(asset: Asset, seen: list[RayMap]) -> np.ndarray:
     """(shapes,) time of as many rays of each shape, over the turn's mean, median of PASSES turns."""
     from ..gpu.fill import RayBundle
     from ..gpu.timing import processor_clock
 
-    clock, works, spent = processor_clock(), [], []
-    for some in rays:
-        chosen = np.arange(PASS) % len(some)
-        works.append(RayBundle(Rays(some.origin[chosen], some.direction[chosen])).work(asset, light_field.trace))
+    clock, spent = processor_clock(), []
+    works = [RayBundle(tiles(m)).work(asset, light_field.trace) for m in seen]
     for _ in range(PASSES + 1):
         spent.append([])
         for work in works:
@@ -134,6 +133,25 @@ def _passes(asset: Asset, rays: list[Rays]) -> np.ndarray:
             spent[-1].append(clock() - start)
     times = np.array(spent[1:])  # the first compiles and uploads
     return np.median(times / times.mean(1, keepdims=True), axis=0)
+
+
+def tiles(seen: RayMap, count: int = PASS) -> Rays:
+    """`count` rays of covered squares of TILE x TILE pixels, some of them more than once, as neighbours in a RayBundle's rows as
+    they are in the frame."""
+    height, width = (n // TILE for n in seen.reflector.shape)
+
+    def cut(image):
+        image = image[: height * TILE, : width * TILE].reshape(height, TILE, width, TILE, -1)
+        return image.swapaxes(1, 2).reshape(height * width, TILE, TILE, -1)
+
+    whole = np.flatnonzero(cut(seen.covered()).all((1, 2, 3)))
+    chosen = whole[np.arange(count // TILE**2) % len(whole)]
+
+    def laid(image):
+        rows = cut(image)[chosen].reshape(-1, BUNDLE // TILE, TILE, TILE, 3)
+        return rows.swapaxes(1, 2).reshape(-1, 3)
+
+    return Rays(laid(seen.origin), laid(seen.direction))
 
 
 def _listed(values) -> str:
