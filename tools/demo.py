@@ -15,10 +15,10 @@ CLI = "import sys; from reflect_addon.cli import main; sys.exit(main(sys.argv[1:
 # What two cores do in a quarter of an hour, most of it depth maps, and the eye can still judge.
 SIZE, CYCLES_SAMPLES = "240x180", 32
 # Below the methods' defaults, which take several times as long to bake.
-BAKE = ("--resolution", "128", "--set", "samples=8")
+BAKE = ("--resolution", "128", "--set", "samples=8", "--set", "view_texels=64")
 # 34 mirrors, most of them a few pixels wide: a quarter of the rays, or it would take longer than all the others together.
 BAKE_OF = {ROOT / "sample_blends" / "kitchen.blend": (
-    "--resolution", "64", *(w for s in ("samples=8", "texels=64", "maps=1", "self_detail=1", "turns=18") for w in ("--set", s))
+    "--resolution", "64", *(w for s in ("samples=8", "texels=64", "maps=1", "self_detail=1", "turns=18", "views=4", "view_texels=16") for w in ("--set", s))
 )}  # fmt: skip
 
 

@@ -35,6 +35,7 @@ from .truth import SEEDS, Truth, key_of, lifted, truth_of
 
 BACKENDS = {"gpu": GpuBackend, "numpy": NumpyBackend}
 TIMED = {"turns": 5, "frames": 2}
+REPORTED = 3  # assets of a method that a row's notes describe
 
 
 @dataclass(frozen=True)
@@ -170,6 +171,8 @@ def _row(judged: Judged, name: str, assets: dict, run, out: Path, asked: dict) -
         notes.append(f"No asset answers for: {', '.join(unanswered)}.")
     kinds = list({id(a): a for a in assets.values()}.values())
     notes += dict.fromkeys(sentence for asset in kinds for sentence in remarks(asset, judged.snapshot))
+    if report := getattr(registry.get(name), "report", None):
+        notes += dict.fromkeys(report(asset) for asset in kinds[:REPORTED])
     first = kinds[0].settings if kinds else {}
     error = metrics.hit_distance_error(answer, truth, judged.rays, judged.diagonal)
     return Row(

@@ -18,6 +18,8 @@ Limits. What is in the cell beside the reflector is seen from the cell's middle 
 (core/lobe_rays.py): views have no coarser levels.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .. import bc1, hdr_code, spaces
@@ -170,12 +172,14 @@ def holds(asset: Asset, points: np.ndarray) -> np.ndarray:
 
 
 def report(asset: Asset) -> str:
-    """What was left out, as a sentence."""
+    """What was left out, and what a ray takes, as a sentence."""
     cell, u = cell_of(asset), asset.uniforms
     texels = SLABS * cell.slab_side() ** 2
+    own = replace(asset, images={name: image for name, image in asset.images.items() if name.startswith("light_")})
     return (
         f"Light field: {len(cell.slabs)} of {SLABS} slabs, {u['views_used']:.0f} of {SLABS * cell.views**2} views, "
-        f"{u['rays'] / texels:.0%} of {texels:,} rays traced."
+        f"{u['rays'] / texels:.0%} of {texels:,} rays traced; {8 * own.bytes() / (cell.shape()[0] * cell.shape()[1]):.3g} bits a ray"
+        f"{', block-compressed' if asset.options['coded'] else ''}."
     )
 
 
