@@ -4,7 +4,9 @@ Same rays, same tables (half floats and all), so what differs is arithmetic. A h
 farther from every surface than the method itself promises; the truth is the scene's triangles (stability_scene.py):
   * cube maps show the place that the texel was captured from, so their hits lie within a texel's diagonal of it;
   * billboards lie in the plane of what is flat, and for a volume somewhere in its bounding sphere;
-  * depth maps lie within STEPS texels of the surface that the map shows.
+  * depth maps lie within STEPS texels of the surface that the map shows;
+  * light fields blend what four views see: a view's step and a texel from it, for rays that start in the cell. To others
+    nothing is promised.
 Differences are in ulps of the largest coordinate of ray and hit: the float32 steps in which a position can be said at all.
 Where float32 takes another texel or passes an edge on the other side, answers differ by more than any rounding: such rays
 are counted apart (`other`), and judged like all others by the surfaces.
@@ -20,6 +22,8 @@ import numpy as np
 from ..core import methods
 from ..core.asset import Asset
 from ..core.kernel import record, run_numpy
+from ..core.light_field import cell_of
+from ..core.methods import light_field
 from ..core.rays import Answer
 from ..core.safe_write import write_whole
 from ..core.spaces import FAR, STATUS_HIT
@@ -29,7 +33,7 @@ from .stability_scene import Surfaces
 FORMAT = 1
 FILE_NAME = "stability.json"
 RAYS = 4000
-BAKE = {"resolution": 32, "samples": 1, "texels": 64, "sky_error": 0, "maps": 2}
+BAKE = {"resolution": 32, "samples": 1, "texels": 64, "sky_error": 0, "maps": 2, "views": 8, "view_texels": 16}
 SEED = 11
 STEPS = 2.0
 # Of the hit's distance from its map: half floats, and the trees that truth comes from.
@@ -97,7 +101,7 @@ def _baked(case: Case, surfaces: Surfaces) -> dict[str, Asset]:
     for name in methods.with_required(methods.names()):
         method = methods.get(name)
         required = {kind: done[kind] for kind in method.REQUIRES}
-        job = surfaces.job({**method.DEFAULTS, **BAKE, **case.settings}, required)
+        job = surfaces.job({**method.DEFAULTS, **BAKE, **case.settings}, required, case.light)
         done[name] = method.bake(job, case.views) if name == "depth_maps" else method.bake(job)
     return {name: done[name].joined(*(done[kind] for kind in methods.get(name).REQUIRES)) for name in methods.names()}
 
@@ -128,10 +132,10 @@ def is_surface(rays, answer: Answer) -> np.ndarray:
 
 def wrong_hits(surfaces: Surfaces, name: str, asset: Asset, rays, answer: Answer) -> np.ndarray:
     """(N,) bool: reported as a hit, and farther from every surface than the method promises."""
-    found = np.flatnonzero(is_surface(rays, answer))
+    found = np.flatnonzero(is_surface(rays, answer) & _promised(name, asset, rays))
     points = answer.position[found].astype(np.float64)
     good = np.zeros(len(found), bool)
-    center = np.asarray(asset.uniforms["center"], np.float64)
+    center = np.asarray(asset.uniforms["cell_center" if name == light_field.NAME else "center"], np.float64)
     rounding = ROUNDING * np.linalg.norm(points - center, axis=1)
     for instance in surfaces.scene.instances:
         left = np.flatnonzero(~good)
@@ -142,11 +146,20 @@ def wrong_hits(surfaces: Surfaces, name: str, asset: Asset, rays, answer: Answer
     return out
 
 
+def _promised(name: str, asset: Asset, rays) -> np.ndarray:
+    """(N,) bool: rays whose hits the method says anything about."""
+    return cell_of(asset).contains(rays.origin) if name == light_field.NAME else np.ones(len(rays), bool)
+
+
 def _allowed(surfaces: Surfaces, name: str, asset: Asset, instance, points: np.ndarray, center: np.ndarray) -> np.ndarray:
     """(N,) m: how far from the instance a hit of the method may lie."""
     if "cube_size" in asset.uniforms and name not in ("billboards", "depth_maps"):
         # The diagonal of the widest texel, in the middle of a face.
         return np.linalg.norm(points - center, axis=1) * np.sqrt(8) / asset.uniforms["cube_size"]
+    if name == light_field.NAME:
+        cell = cell_of(asset)
+        step = max(float(np.linalg.norm(cell.step(axis))) for axis in range(3))
+        return step + np.linalg.norm(points - center, axis=1) * np.sqrt(8) / (cell.texels - 1)
     corners = surfaces.scene.world_positions(instance)
     low, high = corners.min(0), corners.max(0)
     radius = float(np.linalg.norm(high - low)) / 2

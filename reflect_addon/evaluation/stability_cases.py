@@ -21,13 +21,14 @@ HITHER, YON = 1e-3, 1e2
 
 @dataclass(frozen=True)
 class Case:
-    """rays(rng, count, assets) -> Rays; views: depth_maps', as depth_choice.views_for."""
+    """rays(rng, count, assets) -> Rays; views: depth_maps', as depth_choice.views_for; light: Surfaces.job's."""
 
     name: str
     scene: SceneSnapshot
     rays: Callable[[np.random.Generator, int, dict[str, Asset]], Rays]
     settings: dict = field(default_factory=dict)
     views: Callable = views_for
+    light: Callable | None = None
 
 
 def cases() -> tuple[Case, ...]:
@@ -41,6 +42,9 @@ def cases() -> tuple[Case, ...]:
         Case("epipole inside the image", room, _epipoles),
         Case("coplanar, zero-area triangles", scene_of(_room(broken)), _reflected(1.0, 0.0)),
         Case("objects of one texel", small, _reflected(1.0, 0.0)),
+        Case("seams between slabs, components 0", room, _seams),
+        Case("suns of 7e4, negative and infinite light", room, _reflected(1.0, 0.0), light=_extreme),
+        Case("light fields of 2 views", room, _seams, {"views": 2}),
         Case("depth maps of 4 texels", room, _reflected(1.0, 0.0), {"texels": 4, "resolution": 4}),
         Case("yon/hither 1e5", scene_of(_deep()), _along_the_deep, {"self_reflections": False}, _deep_view),
     )
@@ -88,6 +92,31 @@ def _grazing(rng, count, assets) -> Rays:
         origin[part, axis] = at - np.sign(at) * 10.0 ** rng.uniform(-7, -1, len(part)) * (1 if axis != 2 or at < -1 else -1)
         direction[part, axis] = slant[part, 0]
     return _rays(origin, _unit(direction))
+
+
+def _seams(rng, count, assets) -> Rays:
+    """From the mirror's surface and the planes, edges and corners of the box around it; along axes, planes and diagonals exactly,
+    where slabs of a light field meet, and off them by 1e-7 to 1e-2."""
+    axes = np.array([v for v in np.ndindex(3, 3, 3) if v != (1, 1, 1)]) - 1.0
+    direction = axes[rng.integers(len(axes), size=count)]
+    some = np.arange(count) % 3 == 0
+    direction[some] += (10.0 ** rng.uniform(-7, -2, count)[:, None] * rng.choice([-1, 0, 1], (count, 3)))[some]
+    plane = np.arange(count) % 5 == 1
+    direction[plane, rng.integers(0, 3, plane.sum())] *= rng.uniform(0, 1, plane.sum())
+    out = _unit(rng.normal(size=(count, 3)))
+    start = 0.5 * out
+    for share, fixed in ((2, 1), (11, 2), (29, 3)):  # on sides, edges, corners
+        some = np.arange(count) % share == 1
+        start[some] = rng.uniform(-0.5, 0.5, (some.sum(), 3))
+        start[some, :fixed] = np.sign(start[some, :fixed]) * 0.5
+    return _rays(AT + start, _unit(direction))
+
+
+def _extreme(radiance: np.ndarray) -> np.ndarray:
+    """The same with suns as bright as half floats do not hold, and with light that is less than none and without end."""
+    out, place = radiance.copy(), np.floor(radiance[:, 0] * 1e4).astype(int) % 50
+    out[place == 0], out[place == 1], out[place == 2], out[place == 3] = 7e4, -1.0, np.inf, -np.inf
+    return out
 
 
 def _epipoles(rng, count, assets) -> Rays:

@@ -4,6 +4,8 @@ Nothing here is a method's: a hit is judged by how far it lies from the triangle
 each object's is centred and of unit size; what they say is good to 1e-6 of the object.
 """
 
+from dataclasses import replace
+
 import bpy  # noqa: F401  the pip module makes mathutils known
 import numpy as np
 from mathutils.bvhtree import BVHTree
@@ -92,8 +94,14 @@ class Surfaces:
             tree = BVHTree.FromPolygons(((points - middle) / size).tolist(), triangles.tolist(), all_triangles=True)
             self._trees[instance.name] = tree, middle, size
 
-    def job(self, settings: dict, required: dict) -> BakeJob:
-        return BakeJob(self.scene, self.scene.instances[0], self.trace, self.intersect, settings, required)
+    def job(self, settings: dict, required: dict, light=None) -> BakeJob:
+        """light(radiance (N, 3)) -> radiance: what the tracer says instead of what is smooth."""
+
+        def trace(*asked, **more) -> Hits:
+            hits = self.trace(*asked, **more)
+            return hits if light is None else replace(hits, radiance=light(hits.radiance))
+
+        return BakeJob(self.scene, self.scene.instances[0], trace, self.intersect, settings, required)
 
     def trace(self, rays: Rays, hide=(), samples: int = 1) -> Hits:
         """The nearest triangle; radiance is a smooth function of the place, a mirror's too."""
