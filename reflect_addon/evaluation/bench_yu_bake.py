@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.job import BakeJob
 from ..core.light_field_slab import bake_slab
+from ..core.light_field_trace import SlabTracer
 from ..core.methods import light_field
 from ..scene.intersect import intersector
 from ..scene.raytrace import trace
@@ -20,7 +21,7 @@ from ..scene.ways import ways
 from .bench_row import row
 from .frame import open_frame
 
-TURNS = 3
+TURNS = 5
 MOST = 1.3
 FACE = 2  # the slab +Y: what the room's back wall with its pictures is in
 # (views, texels, samples): the defaults, and one path a texel as for 32 views (a part of these: a slab of 8 views is one bundle).
@@ -54,7 +55,7 @@ def measure(scene: bpy.types.Scene) -> list[dict]:
     return rows
 
 
-def timed(scene: bpy.types.Scene, views: int, texels: int, samples: int, turns: int = TURNS) -> Pair:
+def timed(scene: bpy.types.Scene, views: int, texels: int, samples: int) -> Pair:
     """One slab of the scene's only reflector, and plain renders."""
     slab, plain, rays = [], [], 0
     asked = {**light_field.DEFAULTS, "views": views, "view_texels": texels, "samples": samples}
@@ -62,9 +63,10 @@ def timed(scene: bpy.types.Scene, views: int, texels: int, samples: int, turns: 
         (reflector,) = snapshot.reflectors()
         job = BakeJob(snapshot, reflector, partial(trace, scene=scene), intersector(snapshot), asked, bounds=ways(snapshot))
         cell, reach = light_field.plan(job)
-        for _ in range(turns):
+        for _ in range(TURNS):
             start = perf_counter()
-            _, made = bake_slab(job, cell, FACE, reach.of(FACE), lambda: None)
+            wanted = {FACE: reach.of(FACE)}
+            _, made = bake_slab(cell, FACE, wanted[FACE], SlabTracer(job, cell, wanted))
             rays = int(made[0])
             slab.append((perf_counter() - start) / (rays * samples))
             plain.append(plain_render(scene, rays, samples))
