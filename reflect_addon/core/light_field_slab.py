@@ -16,8 +16,8 @@ from .pull_push import continued
 from .rays import Hits, Rays
 
 UNTRACED = -1.0
-# Rays of one part: 300 MB with all that goes through a render.
-RAYS_AT_ONCE = 1 << 21
+# Texels of one part: 150 MB with all that goes through a render.
+RAYS_AT_ONCE = 1 << 20
 # Of the slab's size, the least z that is told from 0: what touches the camera plane.
 NEAREST = 1e-4
 
