@@ -24,18 +24,18 @@ def with_lamps(
     """The hits, with rays that meet the shining side of a lamp before anything else ending there."""
     position, normal, hit, of = hits.position.copy(), hits.normal.copy(), hits.hit.copy(), hits.object.copy()
     names = list(hits.object_names)
-    nearest = np.where(hit, np.linalg.norm(position.astype(np.float64) - rays.origin, axis=-1), np.inf)
     for lamp in scene.lamps:
         if lamp.object_name in hide or not lamp.visible_glossy:
             continue
         shining = _shining(scene, lamp)
-        distance = np.full(len(rays), np.inf)
-        may = _pass(scene, lamp, rays)
-        distance[may] = intersect(lamp, Rays(rays.origin[may], rays.direction[may]))
-        met = (distance < nearest) & (rays.direction @ shining <= 0.0)
-        at = rays.origin.astype(np.float64) + rays.direction * np.where(met, distance, 0.0)[:, None]
-        nearest[met], position[met], normal[met], hit[met] = distance[met], at[met], shining, True
-        of[met] = len(names)
+        some = np.flatnonzero(_pass(scene, lamp, rays))
+        origin, direction = rays.origin[some], rays.direction[some]
+        nearest = np.where(hit[some], np.linalg.norm(position[some].astype(np.float64) - origin, axis=-1), np.inf)
+        distance = intersect(lamp, Rays(origin, direction))
+        met = (distance < nearest) & (direction @ shining <= 0.0)
+        at, here = some[met], origin[met].astype(np.float64) + direction[met] * distance[met, None]
+        position[at], normal[at], hit[at] = here, shining, True
+        of[at] = len(names)
         names.append(lamp.object_name)
     return replace(hits, position=position, normal=normal, hit=hit, object=of, object_names=tuple(names))
 

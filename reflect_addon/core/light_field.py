@@ -156,20 +156,30 @@ def lines_of(cell: Cell, face: int, x: np.ndarray, y: np.ndarray) -> tuple[np.nd
 def bundle(cell: Cell, face: int, rows: slice = slice(None), wanted=None) -> tuple[Rays, np.ndarray]:
     """(rays, (H, W) bool): the rays of those texels in some rows of a slab that a look-up from inside the cell may read, in row
     order. wanted(rows, points (H, W, 3), directions (H, W, 3)) -> (H, W) bool leaves out more of them."""
-    point, direction = lines(cell, face, rows)
-    enter, leave = inside(point, direction, cell.half + room(cell, face))
+    enter, leave = _insides(cell, face, rows, cell.half + room(cell, face))
     used = enter <= leave
     if wanted is not None:
-        used &= wanted(rows, point, direction)
-    point, direction, enter, leave = point[used], direction[used], enter[used], leave[used]
-    own_enter, own_leave = inside(point, direction, cell.half)
+        used &= wanted(rows, *lines(cell, face, rows))
+    own_enter, own_leave = (part[used] for part in _insides(cell, face, rows, cell.half))
     through = own_enter <= own_leave
+    y, x = np.nonzero(used)
+    point, direction = lines_of(cell, face, x, y + np.arange(cell.slab_side())[rows][0])
     start = np.clip(
-        closest(cell, point, direction), np.where(through, own_enter, enter), np.where(through, own_leave, leave)
+        closest(cell, point, direction), np.where(through, own_enter, enter[used]), np.where(through, own_leave, leave[used])
     )
     origin = cell.center + point + direction * start[:, None]
-    direction = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    direction /= np.sqrt(np.einsum("nx,nx->n", direction, direction))[:, None]
     return Rays(origin.astype(np.float32), direction.astype(np.float32)), used
+
+
+def _insides(cell: Cell, face: int, rows: slice, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """inside() for all texels in some rows of a slab, (H, W) each, about the cell's centre: columns have their part between two
+    sides of the box in common, and so have rows."""
+    axis, texels = face // 2, np.arange(cell.slab_side())
+    low, high = _between(*lines_of(cell, face, texels, texels), half)
+    b, c = _others(axis)
+    enter, leave = np.maximum(low[:, b], low[:, axis]), np.minimum(high[:, b], high[:, axis])
+    return np.maximum(enter, low[rows, c, None]), np.minimum(leave, high[rows, c, None])
 
 
 def room(cell: Cell, face: int) -> np.ndarray:
@@ -188,9 +198,14 @@ def closest(cell: Cell, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
 
 def inside(point: np.ndarray, direction: np.ndarray, half: np.ndarray, center=0.0) -> tuple[np.ndarray, np.ndarray]:
     """(enter, leave): the part of each line inside the box of half sides `half` around `center`; empty where enter > leave."""
+    low, high = (np.moveaxis(part, -1, 0) for part in _between(point, direction, half, center))
+    # Not .max(-1): reductions over three neighbours take several times as long.
+    return np.maximum(np.maximum(*low[:2]), low[2]), np.minimum(np.minimum(*high[:2]), high[2])
+
+
+def _between(point: np.ndarray, direction: np.ndarray, half: np.ndarray, center=0.0) -> tuple[np.ndarray, np.ndarray]:
+    """(enter, leave) of each line between each two opposite sides of a box, shaped as the points."""
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (center - half - point) / direction, (center + half - point) / direction
     # A line along a side and between both sides has -inf and inf here, one outside them inf and inf: never a part.
-    low, high = np.moveaxis(np.fmin(a, b), -1, 0), np.moveaxis(np.fmax(a, b), -1, 0)
-    # Not .max(-1): reductions over three neighbours take several times as long.
-    return np.maximum(np.maximum(*low[:2]), low[2]), np.minimum(np.minimum(*high[:2]), high[2])
+    return np.fmin(a, b), np.fmax(a, b)
