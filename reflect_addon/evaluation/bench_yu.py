@@ -8,7 +8,7 @@ Frames are the reflection passes alone (ray map, look-up, resolve): a room drawn
 import numpy as np
 
 from ..core.asset import Asset
-from ..core.light_field import SLABS
+from ..core.light_field import SLABS, cell_of
 from ..core.methods import light_field
 from ..core.processes import temporary_folder
 from ..core.rays import RayMap, Rays
@@ -43,38 +43,38 @@ def measure(progress) -> list[dict]:
         large = scenes.baked_apart(folder / "large", **PAPER)
         progress(0.5, "yu: baking columns with few views")
         few = scenes.baked_apart(folder / "few", **FEW)
-        rows += _memory(large)
+        small = room.compressed(large.asset)
+        rows += _memory(large, small)
         progress(0.58, "yu: frames")
         scene = scenes.columns()
         environment = room.environment_at(scene, 1, **ENVIRONMENT)
-        rows += _frames(large.asset, few.asset, environment)
+        rows += _frames(large.asset, small, few.asset, environment)
         progress(0.75, "yu: the ball on its way")
         scene = scenes.columns()
-        rows += _claims(scene, large.asset, few.asset)
+        rows += _claims(scene, large.asset, small, few.asset)
         progress(0.9, "yu: baking beside a plain render")
         rows += bench_yu_bake.measure(scene)
     progress(1.0, "yu: done")
     return rows
 
 
-def _memory(large: scenes.Baked) -> list[dict]:
-    """Y3 and the bake's."""
+def _memory(large: scenes.Baked, small: Asset) -> list[dict]:
+    """Y3 and the bake's. small: the same slabs, compressed."""
     asset, peak = large.asset, large.peak / 2**30
-    texels = SLABS * (asset.options["views"] * asset.options["texels"]) ** 2
-    size, bits = asset.bytes() / 2**20, asset.bytes() * 8 / texels
-    what = f"{len([p for p in _places(asset) if p >= 0])} slabs of {asset.options['views']}x{asset.options['views']} views of {asset.options['texels']} texels a side"
+    views, texels = asset.options["views"], asset.options["texels"]
+    size, half = (a.bytes() / 2**20 for a in (small, asset))
+    bits, all_bits = (a.bytes() * 8 / (SLABS * (views * texels) ** 2) for a in (small, asset))
+    what = f"{len(cell_of(asset).slabs)} slabs of {views}x{views} views of {texels} texels a side"
     return [
-        row("Y3", size, 48, size <= 48, f"MiB of {what} as half floats with depths, {bits:.0f} bits a ray.", paper=64),
+        row("Y3", size, 48, size <= 48, f"MiB of {what} as the setting Compressed stores them, {bits:.0f} bits a ray.", paper=64),
+        row("Y3-half", half, None, True, f"The same as half floats with depths, {all_bits:.0f} bits a ray."),
         row("I4-peak", peak, MEMORY, peak <= MEMORY,
-            f"GiB, the most memory of the process that traced and saved {what}, {asset.uniforms['rays'] / 1e6:.0f} M rays of one path, Blender included."),
+            f"GiB, the most memory of the process that traced and saved {what} as half floats, {asset.uniforms['rays'] / 1e6:.0f} M rays of "
+            "one path, Blender included."),
     ]  # fmt: skip
 
 
-def _places(asset: Asset) -> list[float]:
-    return [*asset.uniforms["slab_place"], *asset.uniforms["slab_place_back"]]
-
-
-def _frames(large: Asset, few: Asset, environment: Asset) -> list[dict]:
+def _frames(large: Asset, small: Asset, few: Asset, environment: Asset) -> list[dict]:
     """Y1, Y2."""
     from ..gpu.renderer import Renderer
 
@@ -86,7 +86,7 @@ def _frames(large: Asset, few: Asset, environment: Asset) -> list[dict]:
         renderer.free()
     rate = [_rate(s, plain, environment) for s in shapes]
     corrected = [_rate(s, depth, environment) for s in shapes]
-    most = _rate(shapes[1], room.with_depth(large, True), environment)
+    most, coded = (_rate(shapes[1], a, environment) for a in (room.with_depth(large, True), small))
     rays = [m.rays() for m in seen]
     each = _passes(plain, seen)
     level = float(each.max() / each.min())
@@ -95,7 +95,7 @@ def _frames(large: Asset, few: Asset, environment: Asset) -> list[dict]:
     what = f"{', '.join(f'{s.name} ({s.faces:,} faces)' for s in shapes)} in columns, {SIZE[0]}x{SIZE[1]}, covering {covered}"
     return [
         row("Y1", rate, 0.5, min(rate) >= 0.5,
-            f"Frame rate over environment's, 32x32 views of 128x128, one focal plane a slab: {what}; look-ups a ray {_listed(looks[0])}.",
+            f"Frame rate over environment's, 32x32 views of 128x128, one focal plane a slab: {what}; look-ups a ray {_listed(looks[0])}. Compressed {coded:.2f} (sphere).",
             paper=PAPERS_RATE),
         row("Y1-depth", corrected, 0.35, min(corrected) >= 0.35,
             f"The same, 8x8 views with depths; texels a ray over 4: {_listed(looks[1])}. With 32x32 and depths {most:.2f} (sphere)."),
@@ -158,15 +158,17 @@ def _listed(values) -> str:
     return ", ".join(f"{v:.2f}" for v in values)
 
 
-def _claims(scene, large: Asset, few: Asset) -> list[dict]:
+def _claims(scene, large: Asset, small: Asset, few: Asset) -> list[dict]:
     """Y6, and the issue's claims."""
     frames = [room.frame_of(scene, n, LOOK, PATHS) for n in TIMES]
     bases = [f.rmse(room.environment_at(scene, n, **ENVIRONMENT)) for n, f in zip(TIMES, frames, strict=True)]
     plain, depth = room.with_depth(large, False), room.with_depth(few, True)
-    ours, corrected, both = ([f.rmse(a) / b for f, b in zip(frames, bases, strict=True)] for a in (plain, depth, room.with_depth(large, True)))
+    ours, coded, corrected, both = (
+        [f.rmse(a) / b for f, b in zip(frames, bases, strict=True)] for a in (plain, small, depth, room.with_depth(large, True))
+    )
     times = f"columns at frames {', '.join(map(str, TIMES))}, {LOOK[0]}x{LOOK[1]}: RMSE over that of environment baked anew at each frame"
     rows = [
-        row("I4-columns", ours, 0.5, max(ours) <= 0.5, f"{times}; 32x32x128x128, one path a texel, one bake for all."),
+        row("I4-columns", ours, 0.5, max(ours) <= 0.5, f"{times}; 32x32x128x128, one path a texel, one bake for all. Compressed: {_listed(coded)}."),
         row("I4-columns-depth", corrected, 1 / 3, max(corrected) <= 1 / 3,
             f"{times}; 8x8x128x128 with depths, four paths a texel. 32x32 with depths: {_listed(both)}."),
     ]  # fmt: skip

@@ -76,6 +76,12 @@ def with_depth(asset: Asset, depth: bool) -> Asset:
     return replace(asset, options={**asset.options, "depth": depth})
 
 
+def compressed(asset: Asset) -> Asset:
+    """The same slabs as a bake with the setting `compressed` stores them."""
+    images, code = light_field.compressed(cell_of(asset), asset.images["light_field_tx"], asset.options["depth"])
+    return replace(asset, images=images, uniforms={**asset.uniforms, **code}, options={**asset.options, "coded": True})
+
+
 def with_planes(asset: Asset, q) -> Asset:
     """The same slabs with other focal planes, (6,) 1/m by face or one for all."""
     planes = np.broadcast_to(np.asarray(q, float), SLABS)

@@ -100,7 +100,7 @@ def bake(job: BakeJob) -> Asset:
     used = atlas[..., 3] >= 0
     views = used.reshape(-1, cell.texels, used.shape[1] // cell.texels, cell.texels).any((1, 3)).sum()
     reflectors = job.reflectors()
-    images, code = _compressed(cell, atlas, bool(job.settings["depth"])) if job.settings["compressed"] else ({"light_field_tx": atlas}, {})
+    images, code = compressed(cell, atlas, bool(job.settings["depth"])) if job.settings["compressed"] else ({"light_field_tx": atlas}, {})
     return Asset(
         kind=NAME,
         reflector="" if job.together else job.reflector.name,
@@ -189,7 +189,7 @@ def _before(earlier: Asset, cell: Cell, face: int) -> Slab:
     return Slab(earlier.images["light_field_tx"][y : y + side, x : x + side], earlier.uniforms["light_scale"])
 
 
-def _compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+def compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """(images, uniforms): radiance as coded blocks, of the first slabs and of the rest; depths four to a texel."""
     blocks, code = hdr_code.compress(atlas[..., :3])
     columns, side = cell.columns(), cell.slab_side() // bc1.SIDE
