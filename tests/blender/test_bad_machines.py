@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from bad_input import BAKE, FRAME, TINY, VERBS, Result, ball, contents, empty_stage, good, reflect, save, sentence  # noqa: F401
+from bad_input import BAKE, FRAME, TINY, TINY_ALL, VERBS, Result, ball, contents, empty_stage, good, reflect, save, sentence  # noqa: F401
 
 from reflect_addon.core.asset_files import load_asset
 from reflect_addon.core.bake_lock import BakeLock
@@ -155,7 +155,7 @@ STOPS = {
     "bake SIGINT": (signal.SIGINT, ("--again", *LONG)),
     "bake SIGTERM": (signal.SIGTERM, ("--again", *LONG)),
     "render SIGINT": (signal.SIGINT, ("--out", "p.png", "--method", "environment", "--size", "512x512", "--samples", 4096)),
-    "evaluate SIGINT": (signal.SIGINT, ("--out", "out", "--methods", "all", "--size", "512x512", "--samples", 4096, *TINY)),
+    "evaluate SIGINT": (signal.SIGINT, ("--out", "out", "--methods", "all", "--size", "512x512", "--samples", 4096, *TINY_ALL)),
 }
 
 
@@ -198,7 +198,7 @@ def test_killed_in_the_middle_and_two_at_once(reflect, baked, tmp_path, monkeypa
         says = (str(folder), "is being baked already", f"process {run.pid}-", "Wait until")
         arguments = list(VERBS[verb](tmp_path / "out"))
         if verb != "bake":
-            arguments = [a for a in arguments if a not in TINY]  # the defaults: assets beside the .blend
+            arguments = [a for a in arguments if a not in TINY_ALL]  # the defaults: assets beside the .blend
         else:
             arguments[1] = folder
         reflect.refuses(verb, blend, *arguments, says=says, keeps=[home])

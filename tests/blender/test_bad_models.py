@@ -5,7 +5,7 @@ import json
 import bpy
 import numpy as np
 import pytest
-from bad_input import BAKE, FRAME, TINY, VERBS, ball, empty_stage, mirror, reflect, save, stage  # noqa: F401
+from bad_input import BAKE, FRAME, TINY, TINY_ALL, VERBS, ball, empty_stage, mirror, reflect, save, stage  # noqa: F401
 
 from reflect_addon.core import methods as registry
 from reflect_addon.core.asset_files import load_asset
@@ -90,7 +90,7 @@ def check_verbs(reflect, blend, tmp_path, warning, at_least):
     assert np.isfinite(pixels(picture)).all()
     for backend in ("numpy", "gpu"):
         out = tmp_path / backend
-        said = reflect.works("evaluate", blend, "--out", out, "--methods", "all", *FRAME, *TINY, "--backend", backend)
+        said = reflect.works("evaluate", blend, "--out", out, "--methods", "all", *FRAME, *TINY_ALL, "--backend", backend)
         assert warning is None or warning in said.err
         rows = read_rows(out)
         assert len(rows) == len(registry.names()) and all(r.nonfinite == 0 and r.pixels >= at_least for r in rows)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bpy
 import pytest
-from bad_input import BAKE, FRAME, TINY, VERBS, ball, contents, empty_stage, good, mirror, reflect, save, sentence  # noqa: F401
+from bad_input import BAKE, FRAME, TINY, TINY_ALL, VERBS, ball, contents, empty_stage, good, mirror, reflect, save, sentence  # noqa: F401
 
 from reflect_addon.evaluation.rows import read_rows
 
@@ -175,7 +175,7 @@ def test_a_picture_of_one_pixel_and_frames_out_of_range(reflect, good, tmp_path)
 )
 def test_settings_without_sense(reflect, good, tmp_path, setting, says):
     for verb in ("bake", "render", "evaluate"):
-        arguments = [a for a in VERBS[verb](tmp_path / "out") if a not in TINY]
+        arguments = [a for a in VERBS[verb](tmp_path / "out") if a not in TINY_ALL]
         reflect.refuses(verb, good, *arguments, "--set", setting, says=says, keeps=[tmp_path])
 
 
