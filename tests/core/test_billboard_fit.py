@@ -180,7 +180,9 @@ def test_needles_have_an_area(rng):
     d = directions(rng, 40)[-1]
     line = trimesh.Trimesh(np.linspace(-1, 1, 9)[:, None] * d, [[0, 4, 8], [1, 3, 7]], process=False)
     quads, whole = quads_of(line)
-    assert whole and all(min(q.half_u, q.half_v) >= 0.9e-4 for q in quads)
+    # Which of the two triangles has no area at all, and so no quad, is the processor's rounding.
+    assert whole and quads and all(min(q.half_u, q.half_v) >= 0.99e-4 * max(q.half_u, q.half_v) for q in quads)
+    assert all(max(q.half_u, q.half_v) > 0.7 for q in quads)
     rod, axes, place = turned(trimesh.creation.cylinder(1e-5, 2.0, sections=8), rng)
     scene = snapshot(BALL, Thing=rod)
     for mirror in (place + axes[0], place + 5 * axes[2]):
