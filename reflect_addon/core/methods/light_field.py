@@ -175,11 +175,12 @@ def report(asset: Asset) -> str:
     """What was left out, and what a ray takes, as a sentence."""
     cell, u = cell_of(asset), asset.uniforms
     texels = SLABS * cell.slab_side() ** 2
+    near = f"; what is near by {_companion(asset).LABEL}" if "count" in asset.options else ""
     own = replace(asset, images={name: image for name, image in asset.images.items() if name.startswith("light_")})
     return (
         f"Light field: {len(cell.slabs)} of {SLABS} slabs, {u['views_used']:.0f} of {SLABS * cell.views**2} views, "
         f"{u['rays'] / texels:.0%} of {texels:,} rays traced; {8 * own.bytes() / (cell.shape()[0] * cell.shape()[1]):.3g} bits a ray"
-        f"{', block-compressed' if asset.options['coded'] else ''}."
+        f"{', block-compressed' if asset.options['coded'] else ''}{near}."
     )
 
 
@@ -216,7 +217,7 @@ def trace(k, asset, ray) -> Hit:
     """Four views of the ray's slab; no answer where that slab was left out. What is near, from the companion that was joined."""
     if "count" not in asset.options:
         return trace_background(k, asset, ray)
-    near = (depth_maps if "maps" in asset.options else billboards).trace(k, asset, ray)
+    near = _companion(asset).trace(k, asset, ray)
     size = asset.uniforms["contact"]
     distance = k.name("near_distance", k.dot(near.position - ray.origin, ray.direction))
     fades = k.clamp((distance - CONTACT * size) / k.max((1.0 - CONTACT) * size, 1e-20), 0.0, 1.0)
