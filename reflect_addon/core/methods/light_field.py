@@ -239,3 +239,8 @@ def trace_background(k, asset, ray) -> Hit:
     """The slabs alone: what is near the reflector is not what is near a camera."""
     radiance, position, coverage = answer(k, asset, ray)
     return Hit(radiance, position, coverage, k.select(coverage > 0.0, spaces.STATUS_HIT, spaces.STATUS_NONE))
+
+
+def _companion(asset):
+    """The method that was joined for what is near."""
+    return depth_maps if "maps" in asset.options else billboards
