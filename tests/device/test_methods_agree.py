@@ -1,5 +1,7 @@
 """Every registered method: NumPy against GLSL, through the fill shader that frames are drawn with, on 10^5 rays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import tolerances
@@ -12,9 +14,13 @@ from reflect_addon.core.rays import Rays
 COUNT = 100_000
 
 
+CONTACT = "light_field beside depth_maps"
+
+
 @pytest.fixture(scope="module")
 def assets():
-    return bake_all(scene_of_everything())
+    found = bake_all(scene_of_everything())
+    return {**found, CONTACT: replace(found["light_field"].joined(found["depth_maps"]), kind="light_field")}
 
 
 @pytest.fixture(scope="module")
@@ -23,11 +29,11 @@ def rays():
 
 
 @pytest.mark.parametrize("footprint", [False, True])
-@pytest.mark.parametrize("name", methods.names())
+@pytest.mark.parametrize("name", (*methods.names(), CONTACT))
 def test_glsl_says_what_numpy_says(name, footprint, device, rng, assets, rays, record_property):
     from reflect_addon.gpu.fill import trace_rays
 
-    trace, asset = methods.get(name).trace, assets[name]
+    trace, asset = methods.get(assets[name].kind).trace, assets[name]
     width = rng.uniform(0, 0.05, COUNT) * footprint
     spread = rng.choice([0.0, 0.004, 0.05, 0.7], COUNT) * footprint
     found = trace_rays(asset, trace, rays, width.astype("f"), spread.astype("f"))
@@ -60,7 +66,7 @@ def test_the_rays_meet_everything(assets, rays):
     sphere = run_numpy(record(methods.get("sphere_proxy").trace, assets["sphere_proxy"]), assets["sphere_proxy"], rays).status
     assert len(np.unique(sphere)) == 2
     assert max(assets["box_proxy"].uniforms["box_high"]) == spaces.FAR, "the room has no ceiling"
-    answers = {name: run_numpy(record(methods.get(name).trace, asset), asset, rays).radiance for name, asset in assets.items()}
+    answers = {name: run_numpy(record(methods.get(asset.kind).trace, asset), asset, rays).radiance for name, asset in assets.items()}
     different = [np.abs(a - answers["environment"]).max(1) > 0.05 for n, a in answers.items() if n != "environment"]
     assert all(d.mean() > 0.1 for d in different)
 
