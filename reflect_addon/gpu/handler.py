@@ -98,6 +98,7 @@ def on_undo_redo(*_):
 def on_load(*_):
     """Another file: the sessions' scenes are gone. Operators start new ones; the old are freed in the next draw."""
     viewport_session.retire_all()
+    _background_in.clear()
 
 
 _APP_HANDLERS = (

@@ -19,7 +19,7 @@ from ..core.bake_lock import one_bake_at_a_time
 from ..core.errors import ReflectError
 from ..core.kernel import record
 from ..core.job import BakeJob
-from ..core.progress import Progress, teller
+from ..core.progress import Progress, Stages, teller
 from ..core.snapshot import Instance, SceneSnapshot
 from ..core.unfinished import PREFIX, Unfinished
 from .freshness import has_settings, inputs_hash, is_stale, settings_for
@@ -30,7 +30,6 @@ from .ways import camera_way, ways
 
 # Kinds of stand-ins (core/remake.py) that are captured again when something moves or deforms. Flat things only move.
 CAPTURED = {"volume", "mirror", "flat_mirror", "map", "mirror_map"}
-FIRST_GUESS = 0.02  # share of a bake from which the time that is left is said
 
 
 @one_bake_at_a_time
@@ -47,7 +46,8 @@ def bake_assets(
 ) -> list[Path]:
     """Bakes the wanted methods (and what they require) for the named reflectors, all of them when none is named.
 
-    Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`. With a method's setting `live` the
+    Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`, which takes nothing over
+    from an earlier bake. With a method's setting `live` the
     surfaces of what may move are baked too (folder/surface_radiance-all). settings override the methods'
     defaults where a method has such a setting. progress(done in 0..1, text) may return False to cancel. Returns the
     folders of all assets asked for. ReflectError: no reflector, an unknown name, a disk that refuses.
@@ -57,7 +57,7 @@ def bake_assets(
     tell = teller(progress, "The bake")
     shared: dict = {}
     intersect, bounds, camera_bounds = intersector(scene), ways(scene), cache(partial(camera_way, scene))
-    made: dict[Path, Asset] = {}
+    made: dict[Path, Asset | None] = {}  # in order; kept in memory where other reflectors share it
     followed: set[str] = set()  # instances whose stand-ins are captured again when they move
     steps = len(chosen) * len(kinds) + 1
     for index, reflector in enumerate(chosen):
@@ -70,20 +70,21 @@ def bake_assets(
             start, share = (index * len(kinds) + step) / steps, 1 / steps
             text = f"{methods.get(kind).LABEL} of {'all' if together else reflector.name}"
             tell(start, text)
-            asset = made.get(path)
+            asset, earlier = made.get(path), None
             if asset is None and not again:
-                asset = _fresh(path, scene, kind, inputs, _required(kind, done))
+                earlier = _readable(path, kind)
+                asset = earlier if _serves(earlier, scene, inputs, _required(kind, done), path) else None
             if asset is None:
                 began = time.perf_counter()
-                stages = _Stages(lambda s, t, start=start, share=share, text=text: tell(start + share * s, text + t))
+                stages = Stages(lambda s, t, start=start, share=share, text=text: tell(start + share * s, text + t))
 
                 def traced(rays, hide=(), samples=1, stages=stages, **parts):
                     return tracer(rays, hide, samples, progress=lambda p, _: stages.tell(p), **parts)
 
-                unfinished = Unfinished(Path(folder) / f"{PREFIX}{path.name}", inputs)
+                unfinished = Unfinished(Path(folder) / f"{PREFIX}{path.name}", f"{inputs} {again}")
                 job = BakeJob(
                     scene, reflector, traced, intersect, asked, _required(kind, done), shared, together, bounds,
-                    camera_bounds, _earlier(path, kind, asked), unfinished, stages.set,
+                    camera_bounds, earlier if _goes_on(earlier, asked) else None, unfinished, stages.set,
                 )  # fmt: skip
                 asset = replace(
                     methods.get(kind).bake(job), inputs_hash=inputs, bake_seconds=time.perf_counter() - began
@@ -92,7 +93,7 @@ def bake_assets(
                 unfinished.clear()
                 for other in together:  # one asset is for all from now on
                     shutil.rmtree(Path(folder) / asset_name(kind, other.name), ignore_errors=True)
-            done[kind] = made[path] = asset
+            done[kind], made[path] = asset, asset if together else None
             if asked.get("live"):
                 followed |= {part.instance for part in asset.parts if part.kind in CAPTURED}
     if followed:
@@ -105,26 +106,6 @@ def bake_assets(
         _bake_surfaces(scene, followed, Path(folder), settings, traced_last, again)
     tell(1.0, "Baked")
     return list(made)
-
-
-class _Stages:
-    """How far one asset's bake is: bakes that say which share of them the next trace is get the time that is left, too."""
-
-    def __init__(self, say: Callable[[float, str], None]):
-        self._say, self._began = say, time.perf_counter()
-        self._low, self._high, self._text = 0.0, 1.0, ""
-
-    def set(self, low: float, high: float, text: str) -> None:
-        self._low, self._high, self._text = low, high, text
-        self.tell(0.0)
-
-    def tell(self, share: float) -> None:
-        """share: of the present stage."""
-        share = self._low + (self._high - self._low) * share
-        left = ""
-        if self._text and share > FIRST_GUESS:
-            left = f", about {(time.perf_counter() - self._began) * (1 / share - 1):.0f} s left"
-        self._say(share, (f": {self._text}" if self._text else "") + left)
 
 
 def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings, tracer, again: bool) -> None:
@@ -225,25 +206,26 @@ def _required(kind: str, done: dict[str, Asset]) -> dict[str, Asset]:
     return {required: done[required] for required in methods.get(kind).REQUIRES}
 
 
-def _fresh(path: Path, scene: SceneSnapshot, kind: str, inputs: str, required: dict[str, Asset]) -> Asset | None:
-    """The asset on disk when it can be used as it is; a missing, damaged or stale one is baked again."""
-    asset = _readable(path, kind)
+def _serves(asset: Asset | None, scene: SceneSnapshot, inputs: str, required: dict[str, Asset], path: Path) -> bool:
+    """Whether the asset on disk can be used as it is; a missing, damaged or stale one is baked again."""
     if asset is None or not is_fresh(asset, inputs) or is_stale(scene, asset):
-        return None
+        return False
     try:
         answering(asset, list(required.values()), path)
     except ReflectError:
-        return None
-    return asset
+        return False
+    return True
 
 
-def _earlier(path: Path, kind: str, settings: dict) -> Asset | None:
-    """What an earlier bake with the same settings left, for methods that can go on from it."""
-    asset = _readable(path, kind) if hasattr(methods.get(kind), "inputs") else None
-    return asset if asset is not None and has_settings(asset, settings) and asset.settings.keys() == settings.keys() else None
+def _goes_on(earlier: Asset | None, settings: dict) -> bool:
+    """Whether a bake with these settings may take over what it can of an earlier one."""
+    if earlier is None or not hasattr(methods.get(earlier.kind), "inputs"):
+        return False
+    return has_settings(earlier, settings) and earlier.settings.keys() == settings.keys()
 
 
 def _readable(path: Path, kind: str) -> Asset | None:
+    """The asset on disk; None where there is none or it is damaged."""
     if not os.path.isfile(path / "asset.json"):
         return None
     try:

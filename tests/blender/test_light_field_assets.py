@@ -161,3 +161,10 @@ def test_memory_is_as_predicted(stage, tmp_path, settings, monkeypatch):
     found = field({})
     assert found["bytes"] == predicted and found["state"] == "fresh"
     assert found["notes"] and "rays traced" in found["notes"][0]
+
+
+def test_again_takes_nothing_over(stage, tmp_path):
+    """What a thing that moved shades elsewhere needs a whole bake, and there is a way to ask for one."""
+    _, whole = baked(stage, tmp_path, reflectors=["Second"])
+    stage.data.objects["Red"].location.z += 0.5
+    assert baked(stage, tmp_path, reflectors=["Second"], again=True)[1] >= whole

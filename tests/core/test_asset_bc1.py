@@ -5,11 +5,11 @@ import os
 
 import numpy as np
 import pytest
+from spoiled_assets import refuses
 
 from reflect_addon.core import dds
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.asset_files import load_asset, save_asset
-from reflect_addon.core.errors import ReflectError
 
 
 def blocks(seed=1, shape=(3, 5, 8)):
@@ -100,7 +100,4 @@ WRONG = {
 def test_wrong_files_get_a_sentence(folder, case):
     spoil, words = WRONG[case]
     spoil(folder)
-    with pytest.raises(ReflectError) as error:
-        load_asset(folder)
-    assert words in error.value.message and str(folder) in error.value.message
-    assert "bake" in error.value.remedy.lower()
+    refuses(folder, words)

@@ -189,7 +189,7 @@ def test_reflectors_share_a_cell(rng):
 
 
 @pytest.mark.parametrize("depth", [True, False])
-def test_compressed_it_shows_the_same_in_a_sixteenth_of_the_memory(depth, rng):
+def test_compressed_it_shows_the_same_in_less_memory(depth, rng):
     scene, rays = room(), outward(rng)
     plain, packed = (baked(scene, depth=depth, compressed=compressed) for compressed in (False, True))
     texels = SLABS * (6 * 32) ** 2

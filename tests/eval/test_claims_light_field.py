@@ -44,9 +44,7 @@ def test_columns_while_the_ball_moves(device, tmp_path, record_property):
     asset = baked(scene, tmp_path)
     frames = {n: room.frame_of(scene, n, SIZE, PATHS) for n in (1, 30, 60)}
     bases = environments(scene, frames)
-    plain, depth = shares([room.with_depth(asset, False), asset], bases, frames)
-    record_property("plain", plain.tolist())
-    record_property("depth", depth.tolist())
+    plain, depth = both_ways(asset, bases, frames, record_property)
     assert plain.max() < tolerances.LIGHT_FIELD_COLUMNS
     assert depth.max() < tolerances.LIGHT_FIELD_COLUMNS_DEPTH
     # Display values: what the eye sees of it, without the lamps' edges.
@@ -57,15 +55,20 @@ def test_columns_while_the_ball_moves(device, tmp_path, record_property):
         assert own < base
 
 
+def both_ways(asset, bases, frames, record_property) -> np.ndarray:
+    """(2, frames) shares of a light field without and with its depths, kept in the test's record."""
+    found = shares([room.with_depth(asset, False), asset], bases, frames)
+    record_property("plain and with depths", found.tolist())
+    return found
+
+
 @pytest.mark.parametrize("seed", [1, 3])
 def test_rooms_like_it(seed, device, tmp_path, record_property):
     scene = moving_ball_rooms.build(seed)
     asset = baked(scene, tmp_path)
     frames = {n: room.frame_of(scene, n, SIZE, PATHS) for n in (1, moving_ball_rooms.FRAMES)}
     bases = environments(scene, frames)
-    plain, depth = shares([room.with_depth(asset, False), asset], bases, frames)
-    record_property("plain", plain.tolist())
-    record_property("depth", depth.tolist())
+    plain, depth = both_ways(asset, bases, frames, record_property)
     assert plain.max() < tolerances.LIGHT_FIELD_ROOM
     assert depth.max() < tolerances.LIGHT_FIELD_ROOM
     assert np.isfinite(room.answer(asset, frames[1].rays).radiance).all()
