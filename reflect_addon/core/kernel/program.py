@@ -1,7 +1,7 @@
 """Recording: a kernel run once with symbolic values becomes a Program that the emitters read."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .graph import SIZES, VECTORS, Graph, KernelError, Node
 from .recorder import Recorder
@@ -73,6 +73,7 @@ class Program:
     outputs: dict[str, Node]
     images: tuple[str, ...]  # every image of the asset; those in use are in the emitter's result
     uniforms: dict[str, str]  # name -> type
+    plans: dict[tuple[str, ...], object] = field(default_factory=dict)  # schedule.py's: wanted outputs -> what it has planned
 
 
 def type_of(value) -> str:

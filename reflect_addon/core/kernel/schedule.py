@@ -30,14 +30,16 @@ class Schedule:
 
 
 def schedule(program, wanted=None) -> Schedule:
-    """The plan for the wanted outputs (all by default)."""
+    """The plan for the wanted outputs (all by default), made once a program: who asks again gets the same, to be read only."""
     wanted = tuple(program.outputs) if wanted is None else tuple(wanted)
     for name in wanted:
         if name not in program.outputs:
             raise KernelError(f"{program.name} has no output '{name}' (there: {', '.join(program.outputs)})")
-    plan = Schedule({name: program.outputs[name] for name in wanted})
-    _Placement(program.graph, plan).run()
-    return plan
+    if wanted not in program.plans:
+        plan = Schedule({name: program.outputs[name] for name in wanted})
+        _Placement(program.graph, plan).run()
+        program.plans[wanted] = plan
+    return program.plans[wanted]
 
 
 class _Placement:
@@ -46,6 +48,7 @@ class _Placement:
         self.parent: dict[Region, Region | None] = {graph.root: None}
         self.depth: dict[Region, int] = {graph.root: 0}
         self.needed: dict[Node, set[int]] = {}
+        self.known: Known = {}
 
     def run(self) -> None:
         plan = self.plan
@@ -87,7 +90,7 @@ class _Placement:
 
     def place_loop(self, node: Node, region: Region) -> None:
         loop = node.data
-        self.plan.live[node] = live = tuple(sorted(live_states(node, self.needed[node])))
+        self.plan.live[node] = live = tuple(sorted(live_states(node, self.needed[node], self.known)))
         self.enter(loop.body, region)
         for k in live:
             self.use(node.args[k], region)
@@ -112,7 +115,11 @@ class _Placement:
         return first
 
 
-def live_states(node: Node, wanted: set[int]) -> set[int]:
+# (loop, one of its states) -> the states that it depends on. Loops in loops ask for the same again and again.
+Known = dict[tuple[Node, int], set[int]]
+
+
+def live_states(node: Node, wanted: set[int], known: Known) -> set[int]:
     """The loop states that the wanted ones depend on, through the body or through when it stops."""
     loop = node.data
     live = set(wanted)
@@ -127,17 +134,19 @@ def live_states(node: Node, wanted: set[int]) -> set[int]:
         if current in own and own[current] not in live:
             live.add(own[current])
             pending.append(loop.body.results[own[current]])
-        pending.extend(_dependencies(current))
+        pending.extend(_dependencies(current, known))
     return live
 
 
-def _dependencies(node: Node) -> list[Node]:
+def _dependencies(node: Node, known: Known) -> list[Node]:
     if node.op != "item":
         return list(node.args)
     owner, k = node.args[0], node.data
     if owner.op == "branch":
         return [owner.args[0], owner.data.then.results[k], owner.data.other.results[k]]
-    inner, states = owner.data, live_states(owner, {k})
+    if (owner, k) not in known:
+        known[owner, k] = live_states(owner, {k}, known)
+    inner, states = owner.data, known[owner, k]
     ends = [inner.body.results[-1]] if inner.has_stop else []
     counts = [owner.args[-1]] if inner.count is None else []
     return [owner.args[s] for s in states] + [inner.body.results[s] for s in states] + ends + counts
