@@ -12,6 +12,8 @@ from typing import NamedTuple
 import bpy
 import pytest
 
+from reflect_addon.evaluation import evaluate
+
 # Small enough for many runs, and every method.
 TINY = ("--resolution", "16", "--set", "samples=1", "--set", "texels=16")
 TINY_ALL = (*TINY, "--set", "views=2", "--set", "view_texels=16")  # for all methods together
@@ -92,11 +94,13 @@ def contents(*folders: Path) -> dict[str, str]:
 
 @pytest.fixture
 def reflect(capfd, tmp_path_factory, monkeypatch):
-    """The command line with a scratch folder of its own for temporary files."""
+    """The command line with a scratch folder of its own for temporary files. `evaluate` takes its times once: they are not
+    what bad input is about, and kernels in NumPy take seconds."""
     scratch = tmp_path_factory.mktemp("scratch")
     for name in ("TMPDIR", "REFLECT_TEMP"):
         monkeypatch.setenv(name, str(scratch))
     monkeypatch.setattr(tempfile, "tempdir", None)
+    monkeypatch.setattr(evaluate, "TIMED", {"turns": 1, "frames": 1})
     return CommandLine(capfd, scratch)
 
 
