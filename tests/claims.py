@@ -1,6 +1,6 @@
 """What "What it must show" is measured with: the product's own rays, assets and answers of one scene, and the truth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import bpy
@@ -14,7 +14,7 @@ from reflect_addon.evaluation import eye
 from reflect_addon.evaluation.backends import GpuBackend
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.truth import lifted
-from reflect_addon.scene.bake import bake_assets, load_assets
+from reflect_addon.scene.bake import bake_assets, chosen_reflectors, load_assets
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.intersect import intersector
 from reflect_addon.scene.look import read_look
@@ -60,21 +60,27 @@ class Measured:
 
 
 def measure(
-    methods: tuple[str, ...], folder, size=(128, 96), truth_samples: int = 1, settings: dict | None = None
+    methods: tuple[str, ...], folder, size=(128, 96), truth_samples: int = 1, settings: dict | None = None,
+    reflectors: tuple[str, ...] = (),
 ) -> Measured:
-    """Bakes, draws and traces the open file's scene as `evaluate` does. settings None: the methods' defaults."""
+    """Bakes, draws and traces the open file's scene as `evaluate` does. settings None: the methods' defaults; reflectors: those
+    that are baked and whose rays are asked, all of them by default."""
     scene = bpy.context.scene
     with open_frame(scene, None) as snapshot:
         camera = camera_of(scene, None, *size)
         ray_map = GpuBackend.ray_map(snapshot, camera)
+        chosen = chosen_reflectors(snapshot, reflectors)
+        names = [i.name for i in snapshot.reflectors()]
+        asked = np.isin(ray_map.reflector, [names.index(i.name) for i in chosen])
+        ray_map = replace(ray_map, reflector=np.where(asked, ray_map.reflector, -1))
         rays = lifted(ray_map, snapshot.diagonal())
         truth = trace(rays, samples=truth_samples, seed=1, scene=scene)
         truth = with_lamps(truth, rays, snapshot, intersector(snapshot))
         look = read_look(scene)
         answers = {}
-        bake_assets(snapshot, methods, folder, settings=settings, tracer=partial(trace, scene=scene))
+        bake_assets(snapshot, methods, folder, reflectors=reflectors, settings=settings, tracer=partial(trace, scene=scene))
         for method in methods:
             assets = load_assets(snapshot, method, folder)
-            assert len(assets) == len(snapshot.reflectors()), f"{method} was not baked for every reflector"
+            assert set(assets) == {i.name for i in chosen}, f"{method} was not baked for every reflector"
             answers[method] = GpuBackend(snapshot, assets, look, camera, ray_map).answer()
         return Measured(ray_map, rays, truth, answers, look, snapshot.diagonal())

@@ -10,6 +10,9 @@ from reflect_addon.core import billboard_capture, metrics
 from reflect_addon.core.methods import billboards
 
 FINE = {"resolution": 128, "samples": 32, "texels": 128}
+# Where the share is as good with fewer samples (floors: 0.487 and 0.088 with 8, 0.487 and 0.086 with 32), or only places count.
+QUICK = {**FINE, "samples": 8}
+PLACES = {**FINE, "samples": 1}
 
 
 def surface(name, color, metallic=0.0, roughness=0.0, glow=0.0):
@@ -52,17 +55,15 @@ def stage(floor):
     bpy.context.scene.camera = camera
 
 
-def errors(tmp_path, monkeypatch, seen):
+def errors(tmp_path, monkeypatch, seen, settings):
     """(rmse with second order, without) over the chrome ball's rays that Cycles says meet `seen`."""
     out = []
     for name in ("second", "first"):
         if name == "first":
             monkeypatch.setattr(billboard_capture, "mirror_of", lambda *_: None)
             monkeypatch.setattr(billboards, "mirror_of", lambda *_: None)
-        found = measure(("billboards",), tmp_path / name, (96, 72), 64, FINE)
-        names = np.array([*found.truth.object_names, ""])[found.truth.object]
-        ball = np.array(found.ray_map.reflector_names)[found.ray_map.reflector[found.mask()]] == "Sphere"
-        rays = ball & (names == seen)
+        found = measure(("billboards",), tmp_path / name, (96, 72), 64, settings, ("Sphere",))
+        rays = np.array([*found.truth.object_names, ""])[found.truth.object] == seen
         assert rays.sum() > 100
         out.append(metrics.rmse(found.answers["billboards"].radiance[rays], found.truth.radiance[rays]))
     return out
@@ -77,17 +78,15 @@ def test_a_floor_that_mirrors(fresh_file, device, tmp_path, monkeypatch, floor):
     """Pillars and their images in the floor, seen in the ball."""
     color, metallic, share = FLOORS[floor]
     stage(surface("Floor", color, metallic))
-    second, first = errors(tmp_path, monkeypatch, "Floor")
+    second, first = errors(tmp_path, monkeypatch, "Floor", QUICK)
     assert second < share * first
 
 
 def test_a_metal_that_glows_keeps_its_light(fresh_file, device, tmp_path):
     """Beside what it mirrors, which Cycles captured with it: neither is lost, and none is there twice."""
     stage(surface("Floor", (0.9, 0.5, 0.2), 1.0, glow=2.0))
-    found = measure(("billboards",), tmp_path, (96, 72), 64, FINE)
-    names = np.array([*found.truth.object_names, ""])[found.truth.object]
-    ball = np.array(found.ray_map.reflector_names)[found.ray_map.reflector[found.mask()]] == "Sphere"
-    rays = ball & (names == "Floor")
+    found = measure(("billboards",), tmp_path, (96, 72), 64, QUICK, ("Sphere",))
+    rays = np.array([*found.truth.object_names, ""])[found.truth.object] == "Floor"
     difference = np.abs(found.answers["billboards"].radiance - found.truth.radiance)[rays]
     assert rays.sum() > 100 and np.median(difference) < 0.01 * np.median(found.truth.radiance[rays])
 
@@ -96,7 +95,7 @@ def test_another_ball(fresh_file, device, tmp_path, monkeypatch):
     stage(surface("Floor", (0.6, 0.2, 0.1), 0.0, 1.0))
     sphere((0.75, -0.75, -0.25), 0.3, surface("Gold", (1, 0.8, 0.4), 1.0))
     bpy.context.object.name = "Gold Ball"
-    second, first = errors(tmp_path, monkeypatch, "Gold Ball")
+    second, first = errors(tmp_path, monkeypatch, "Gold Ball", FINE)
     assert second < 0.8 * first
 
 
@@ -112,7 +111,7 @@ def test_duplis_of_one_ball_see_each_other(fresh_file, device, tmp_path):
         empty = bpy.data.objects.new("Balls", None)
         empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", collection, (x, 0, 0)
         bpy.context.scene.collection.objects.link(empty)
-    found = measure(("environment", "billboards"), tmp_path, (96, 72), 16, FINE)
+    found = measure(("environment", "billboards"), tmp_path, (96, 72), 1, PLACES)
     names = np.array([*found.truth.object_names, ""])[found.truth.object]
     other = names == "Sphere"
     assert other.sum() > 50
