@@ -93,13 +93,13 @@ def evaluate(
                 say(share, "eevee: drawing in another process")
                 rows += _peer_rows(scene, judged, out, lambda s, t: say(share + s * 0.6 / len(methods), t))
                 continue
-            assets = assets_for(
+            baked = assets_for(
                 scene, snapshot, name, out, settings, lambda s, t: say(share + s * 0.3 / len(methods), f"{name}: {t}")
             )
             say(share + 0.4 / len(methods), f"{name}: drawing and comparing")
-            run = BACKENDS[backend](snapshot, assets, judged.look, judged.camera, judged.ray_map)
+            run = BACKENDS[backend](snapshot, baked.assets, judged.look, judged.camera, judged.ray_map, baked.surfaces)
             runs[len(rows)] = run
-            rows.append(_row(judged, name, assets, run, out, settings or {}))
+            rows.append(_row(judged, name, baked.assets, run, out, settings or {}))
     say(0.98, "timing")
     rows = _with_times(rows, runs)
     write_rows(rows, out)

@@ -48,7 +48,7 @@ def bake_assets(
 
     Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`, which takes nothing over
     from an earlier bake. With a method's setting `live` the
-    surfaces of what may move are baked too (folder/surface_radiance-all). settings override the methods'
+    surfaces of what may move are baked too, for a method that draws surfaces all that it draws (folder/surface_radiance-all). settings override the methods'
     defaults where a method has such a setting. progress(done in 0..1, text) may return False to cancel. Returns the
     folders of all assets asked for. ReflectError: no reflector, an unknown name, a disk that refuses.
     """
@@ -96,6 +96,8 @@ def bake_assets(
             done[kind], made[path] = asset, asset if together else None
             if asked.get("live"):
                 followed |= {part.instance for part in asset.parts if part.kind in CAPTURED}
+            if draws_surfaces(kind):
+                followed |= {part.instance for part in asset.parts if part.kind == "surface"}
     if followed:
         text, start = "Surfaces that may move", (steps - 1) / steps
 
@@ -127,6 +129,16 @@ def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings
     chosen = tuple(i for i in (*scene.instances, *scene.lamps) if i.name in names)
     asset = surface_radiance.bake(scene, tracer, chosen, asked)
     save_asset(replace(asset, inputs_hash=inputs, bake_seconds=time.perf_counter() - began), path)
+
+
+def draws_surfaces(method: str) -> bool:
+    """Whether the method needs the scene's surface radiance."""
+    return getattr(methods.get(method), "SURFACES", False)
+
+
+def load_surfaces(method: str, folder: Path) -> Asset | None:
+    """The scene's surface radiance where the method needs it. ReflectError when it is damaged or was never baked."""
+    return _load(Path(folder) / asset_name(surface_asset.KIND, ""), surface_asset.KIND) if draws_surfaces(method) else None
 
 
 def load_assets(scene: SceneSnapshot, method: str, folder: Path, alone: bool = False) -> dict[str, Asset]:

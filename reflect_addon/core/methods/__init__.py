@@ -16,6 +16,8 @@ and may have
     report(asset) -> str                         what was left out, as a sentence
     holds(asset, points) -> (N,) bool            whether any ray from these places is answered, a camera's too (core/background.py)
     trace_background(k, asset, ray) -> Hit       the kernel for a camera's rays, where it is another than `trace`
+    SURFACES: bool                               it draws the scene's own surfaces (gpu/virtual.py): theirs are baked that its parts
+                                                 name, and `trace` answers what it does not draw
     focused(asset, distance) -> Asset            the asset with another focal plane, in m from its middle (0: its own), sharing its
                                                  images; and distance_of(asset, point), which plane a point lies on
 """
@@ -24,10 +26,10 @@ from types import ModuleType
 
 from .. import settings, surface_radiance
 from ..errors import ReflectError
-from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, light_field, sphere_proxy
+from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, light_field, sphere_proxy, virtual_objects
 
 # In the order in which people meet them: each repairs what the one before leaves out.
-_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field)
+_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field, virtual_objects)
 _METHODS = {m.NAME: m for m in _ALL}
 
 

@@ -1,0 +1,147 @@
+"""`virtual_objects`: the reflected scene itself, drawn where curved reflectors show it [estalella-2005].
+
+Problem. Stand-ins show what was captured; what is near, large or moving they show from the wrong side.
+Idea. Of every vertex of the scene the reflection point R on the reflector is searched, in maps of the reflector's own positions
+and normals (4.1 reflector_map.py, 4.2 and 4.3 reflection_search.py). Mirrored about the tangent plane at R it is a virtual vertex,
+behind the reflector on the line of sight, and the virtual triangles are drawn like any others (3; gpu/virtual.py).
+  * The maps know nothing of eye and scene: what moves rigidly, reflector, objects or eye, needs no bake.
+  * Searches are done for the nodes of a grid around each mesh, vertices are interpolated (5, virtual_grid.py).
+  * Vertices behind the reflector are placed by the inverse search, so that triangles end at its silhouette (6.1).
+  * Reflectors fall into parts that are convex or concave, each with its own map (6.2, reflector_parts.py).
+Where we depart. A second-order search that ends on its residual (option `paper`: theirs). Triangles that are wide as seen from the
+reflectors are split, so that straight edges bend. Each pixel's own ray meets the triangle that was drawn there (option
+`finish`), so that no wrong triangle is shown. Where none is, `layered_distance` answers: the sky, and what could not be handled.
+Limits. Colours are surface radiance: what is glossy looks the same from everywhere. A reflector that deforms needs a bake.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import reflector_map
+from ..asset import Asset
+from ..errors import ReflectError
+from ..job import BakeJob
+from ..kernel import Hit
+from ..reflector_parts import part_surface, parts_of
+from ..remake import REFLECTOR, is_rigid, motion, part_of
+from ..settings import Setting
+from ..snapshot import Instance, SceneSnapshot
+from ..spaces import STATUS_FELL_BACK
+from . import layered_distance
+
+NAME = "virtual_objects"
+LABEL = "Virtual Objects"
+REQUIRES = (layered_distance.NAME,)
+SURFACES = True
+SETTINGS = {
+    "map_texels": Setting("Map Texels", "Texels along an edge of the maps of a reflector's own shape. More place reflections on finer "
+                          "shapes", low=16, high=1024, power_of_two=True),
+    "parts": Setting("Parts", "Most parts that a reflector is taken apart into, where it is not all round. Each is searched and drawn "
+                     "by itself; what is left out is answered by distance maps", soft_high=32, advanced=True),
+    "search_steps": Setting("Search Steps", "Most steps of a search for a point of reflection", soft_high=64, advanced=True),
+    "paper": Setting("First-Order Search", "The search as it was published, following bisectors. Slower", advanced=True),
+    "second_order": Setting("Mirrors in Mirrors", "Let mirrors that are seen in the reflector reflect too, by its distance maps",
+                            advanced=True),
+    "finish": Setting("Finish", "Let each pixel's own ray meet the triangle that is drawn there. Without it pictures are as published: "
+                      "what lies between vertices is interpolated", advanced=True),
+}  # fmt: skip
+DEFAULTS = {"map_texels": 256, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True}
+# Columns of the table of parts: the map's block and the kind; centre and size; then starting directions.
+PLACE, CENTER, SEEDS = 0, 1, 2
+MOST_SEEDS = 4
+
+
+@dataclass(frozen=True)
+class TablePart:
+    """A part of a reflector as its asset holds it."""
+
+    block: tuple[float, float, float]  # x, y, side of its map in the atlas, texels
+    center: np.ndarray  # (3,) float64, world at the bake, m
+    size: float  # m
+    seeds: np.ndarray  # (S, 3) directions from which searches start: one for each reflection point that there may be
+
+
+def bake(job: BakeJob) -> Asset:
+    """The maps of the reflector's parts."""
+    positions, triangles, normals = _mirroring(job.scene, job.reflector)
+    found = parts_of(positions, triangles, normals, most=int(job.settings["parts"]))
+    if not found:
+        raise ReflectError(
+            f"The reflector '{job.reflector.name}' has no surface that could be searched.", "Give it faces with an area."
+        )
+    side = int(job.settings["map_texels"])
+    maps = [
+        reflector_map.build(p.center, p.size, side, part_surface(p, positions, triangles, normals)) for p in found
+    ]
+    images, blocks = reflector_map.atlas(maps)
+    rows = np.zeros((len(found), SEEDS + MOST_SEEDS, 4), np.float32)
+    for row, part, block in zip(rows, found, blocks, strict=True):
+        row[PLACE, :3] = block
+        row[CENTER] = *part.center, part.size
+        seeds = np.asarray(part.seeds)[:MOST_SEEDS]
+        row[SEEDS : SEEDS + len(seeds), :3], row[SEEDS : SEEDS + len(seeds), 3] = seeds, 1.0
+    return Asset(
+        NAME,
+        job.reflector.name,
+        {**images, "reflector_parts_buf": rows},
+        options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order")},
+        settings=dict(job.settings),
+        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *_reflected(job.scene)),
+        light_hash=job.scene.light_hash,
+    )
+
+
+def _mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(positions (V, 3), triangles (T, 3), corner normals (T, 3, 3)) in world space, float64, of the surface that gets rays: what
+    has a shiny material, or all of it when nothing has."""
+    mesh, slots = scene.meshes[reflector.mesh], scene.slots(reflector)
+    shiny = np.array([scene.materials[m].is_reflector for m in reflector.materials], bool)[slots]
+    chosen = shiny if shiny.any() else np.ones(len(slots), bool)
+    linear = np.asarray(reflector.world_from_object, np.float64)[:3, :3]
+    cofactors = np.stack([np.cross(linear[:, (k + 1) % 3], linear[:, (k + 2) % 3]) for k in range(3)], -1)
+    normals = mesh.corner_normals[chosen].astype(np.float64) @ cofactors.T
+    if np.linalg.det(linear) < 0:
+        normals = -normals
+    length = np.linalg.norm(normals, axis=-1, keepdims=True)
+    return scene.world_positions(reflector), mesh.triangles[chosen], normals / np.where(length > 0, length, 1.0)
+
+
+def _reflected(scene: SceneSnapshot) -> tuple:
+    """The parts of an asset that say whose surfaces are drawn: all that mirrors show, the reflectors themselves as well."""
+    return tuple(part_of(scene, instance, "surface", row) for row, instance in enumerate(_seen(scene)))
+
+
+def _seen(scene: SceneSnapshot) -> list[Instance]:
+    return [i for i in (*scene.instances, *scene.lamps) if i.visible_glossy]
+
+
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
+    """Of the reflectors' shapes and of whose surfaces are drawn: nothing else is in an asset."""
+    names = sorted(i.name for i in _seen(scene))
+    return "\0".join([*(scene.meshes[r.mesh].key for r in reflectors), *names])
+
+
+def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
+    """What keeps the maps from fitting the reflector as it is now."""
+    own = next((part for part in asset.parts if part.kind == REFLECTOR), None)
+    if own is None or is_rigid(motion(own, reflector)):
+        return ""
+    return f"{reflector.name} has been squeezed or mirrored since its reflector maps were baked. Bake it again."
+
+
+def parts_in(asset: Asset) -> tuple[TablePart, ...]:
+    """The parts of a reflector's asset."""
+    rows = asset.images["reflector_parts_buf"]
+    return tuple(
+        TablePart(
+            tuple(map(float, row[PLACE, :3])), row[CENTER, :3].astype(np.float64), float(row[CENTER, 3]),
+            row[SEEDS:][row[SEEDS:, 3] > 0, :3],
+        )
+        for row in rows
+    )  # fmt: skip
+
+
+def trace(k, asset, ray) -> Hit:
+    """What is not drawn: the sky, and surfaces that no virtual triangle showed (STATUS_FELL_BACK)."""
+    return replace(layered_distance.trace(k, asset, ray), status=STATUS_FELL_BACK)
