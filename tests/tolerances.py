@@ -192,3 +192,12 @@ LIGHT_FIELD_FOCUS = 1.05
 LIGHT_FIELD_FOCUS_SKY = 0.8
 # Second differences in time over the truth's own (0.84 measured).
 LIGHT_FIELD_FLICKER = 2.0
+# gpu/virtual*.py against Embree, shares of reflector pixels: pixels on outlines, a pixel wide around a thing 20 pixels wide ...
+VIRTUAL_MISSED = 0.01
+VIRTUAL_FALSE = 0.005
+# ... places of what is drawn, over the scene's diagonal: each pixel's own ray meets the triangle, in float32 ...
+VIRTUAL_PLACE = 1e-4
+# ... and interpolated between vertices that are a tenth of a radian apart.
+VIRTUAL_BETWEEN = 5e-3
+# A mirror in a mirror, RMSE over its mean: distance maps of 32 texels a face, from another ball's middle.
+VIRTUAL_SECOND_ORDER = 0.15
