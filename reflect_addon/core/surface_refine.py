@@ -18,6 +18,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .edge_split import PAIRS, closed, cut, edges_of
+
 # Questions inside a triangle stand this many to a side at most ...
 MOST_INSIDE = 16
 # ... and as densely as this share of the owner's size, so that a spot in the middle of a large floor is found.
@@ -123,12 +125,9 @@ def _corner_points(soup: Soup, corners: np.ndarray) -> np.ndarray:
     return soup.points[soup.place[triangle, k]] * (1 - INWARDS) + middle * INWARDS
 
 
-_PAIRS = np.array([[0, 1], [1, 2], [2, 0]])
-
-
 def _edges(soup: Soup, active: np.ndarray) -> _Edges:
     triangle = np.repeat(np.flatnonzero(active), 3)
-    pair = np.tile(_PAIRS, (len(triangle) // 3, 1))
+    pair = np.tile(PAIRS, (len(triangle) // 3, 1))
     samples = np.take_along_axis(soup.sample[triangle], pair, 1)
     places = np.take_along_axis(soup.place[triangle], pair, 1)
     _, first = np.unique(np.sort(samples, 1), axis=0, return_index=True)
@@ -186,74 +185,30 @@ def _scale(brightness: np.ndarray, owner: np.ndarray, values: np.ndarray) -> np.
 
 def _split(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
     """(soup with the marked edges split and neighbours closed, (T,) bool: triangles that are new)."""
-    pairs = np.sort(soup.place[:, _PAIRS], axis=-1)  # (T, 3, 2)
-    keys, edge_of = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
-    edge_of = edge_of.reshape(-1, 3)
-    length = np.linalg.norm(soup.points[keys[:, 0]] - soup.points[keys[:, 1]], axis=-1)
+    keys, edge_of, length = edges_of(soup.points, soup.place)
     limit = np.full(len(keys), np.inf)
     np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest[soup.owner], 3))
     mark = np.zeros(len(keys), bool)
     at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], edges.places[marked] @ [len(soup.points) + 1, 1])
     mark[at] = True
     mark[edge_of[wrong].ravel()] = True
-    mark &= length > limit
-    longest = np.take_along_axis(edge_of, length[edge_of].argmax(1)[:, None], 1)[:, 0]
-    while True:
-        needs = mark[edge_of].any(1) & ~mark[longest]
-        if not needs.any():
-            break
-        mark[longest[needs]] = True
-    return _cut(soup, keys, edge_of, mark)
+    return _cut(soup, keys, edge_of, closed(mark & (length > limit), edge_of, length))
 
 
 def _cut(soup: Soup, keys: np.ndarray, edge_of: np.ndarray, mark: np.ndarray) -> tuple[Soup, np.ndarray]:
-    number = np.cumsum(mark) - 1
-    points = np.concatenate([soup.points, soup.points[keys[mark]].mean(1)])
-    split = mark[edge_of]
-    # New samples: one for each pair of samples along a marked edge.
-    triangle, k = np.nonzero(split)
-    ends = np.sort(np.stack([soup.sample[triangle, k], soup.sample[triangle, (k + 1) % 3]], -1), 1)
-    _, which = np.unique(ends, axis=0, return_inverse=True)
-    new_sample = np.full(split.shape, -1)
-    new_sample[triangle, k] = which.ravel() + int(soup.sample.max(initial=-1)) + 1
-    # Corners 0..2 and midpoints 3..5 (3 between 0 and 1, ...) of every triangle.
-    place = np.concatenate([soup.place, len(soup.points) + number[edge_of]], 1)
-    sample = np.concatenate([soup.sample, new_sample], 1)
-    weights = np.concatenate([soup.weights, soup.weights[:, _PAIRS].mean(2)], 1)
-    lengths = np.linalg.norm(soup.points[soup.place[:, [1, 2, 0]]] - soup.points[soup.place], axis=-1)
-    pieces: list[tuple[np.ndarray, np.ndarray]] = []
-    pattern = split @ [1, 2, 4]
-    for code in np.unique(pattern):
-        rows = np.flatnonzero(pattern == code)
-        for first in range(3):  # the longest edge
-            mine = rows[lengths[rows].argmax(1) == first]
-            if len(mine):
-                turn = np.concatenate([(np.arange(3) + first) % 3, (np.arange(3) + first) % 3 + 3])
-                pieces.append((mine, turn[_PIECES[tuple(bool(code >> (first + i) % 3 & 1) for i in range(3))]]))
-    owner_rows = np.concatenate([np.repeat(mine, len(parts)) for mine, parts in pieces])
-    corner = np.concatenate([np.tile(parts, (len(mine), 1)) for mine, parts in pieces])
-    fresh = split.any(1)[owner_rows]
+    found = cut(soup.points, soup.place, soup.sample, keys, edge_of, mark)
+    weights = np.concatenate([soup.weights, soup.weights[:, PAIRS].mean(2)], 1)
+    rows = found.parent
     return (
         replace(
             soup,
-            points=points,
-            place=np.take_along_axis(place[owner_rows], corner, 1),
-            sample=np.take_along_axis(sample[owner_rows], corner, 1),
-            face=soup.face[owner_rows],
-            weights=np.take_along_axis(weights[owner_rows], corner[..., None], 1),
-            side=soup.side[owner_rows],
-            owner=soup.owner[owner_rows],
+            points=found.points,
+            place=found.place,
+            sample=found.sample,
+            face=soup.face[rows],
+            weights=np.take_along_axis(weights[rows], found.corner[..., None], 1),
+            side=soup.side[rows],
+            owner=soup.owner[rows],
         ),
-        fresh,
+        found.fresh,
     )
-
-
-# How a triangle whose longest edge is its first falls into parts, by which of its edges are split (the longest is, when
-# any is). Corners 0, 1, 2; midpoints 3 (of 0-1), 4 (of 1-2), 5 (of 2-0).
-_PIECES = {
-    (False, False, False): [(0, 1, 2)],
-    (True, False, False): [(0, 3, 2), (3, 1, 2)],
-    (True, True, False): [(0, 3, 2), (3, 1, 4), (3, 4, 2)],
-    (True, False, True): [(0, 3, 5), (3, 2, 5), (3, 1, 2)],
-    (True, True, True): [(0, 3, 5), (3, 2, 5), (3, 1, 4), (3, 4, 2)],
-}

@@ -78,7 +78,7 @@ class Projector:
             for name, mesh in meshes_of(self._surfaces).items():
                 if name in named and (moved := mesh.on(self._snapshot.meshes[named[name].mesh])) is not None:
                     now[name] = moved
-            self._scene = VirtualScene(virtual_mesh(self._snapshot, now, self._snapshot.reflectors()), self.counts)
+            self._scene = VirtualScene(virtual_mesh(self._snapshot, now), self.counts)
         if self._places is None and self._scene is not None:
             self._places = self._scene.places(self._snapshot)
             if self._mirrors is None or self._lit != self._snapshot.light_hash:
