@@ -1,0 +1,174 @@
+"""The surface of a reflector's part as seen from its centre: distance and normal along any direction.
+
+What reflector maps are filled from [estalella-2005 section 4.1]. The paper draws the triangles into the faces of a cube;
+here each direction meets the triangle itself, so that points lie on its plane and normals are its corners' weighted as a
+ray tracer weighs them. All rays start at one point, so a triangle is a cone: a direction d lies in it when its products
+with the cones' three sides (b x c, c x a, a x b) have one sign, and these are the barycentric weights. A shared edge gives
+both triangles the same product, negated: no ray slips through. Cones are sorted into a quadtree over the faces of a cube;
+a cell and a triangle, both convex there, are apart when a side of either parts them.
+
+Where several triangles lie along a ray, the nearest counts in a part that mirrors towards its centre, else the farthest:
+what is seen from there. Limits: a triangle in whose plane the centre lies is met by nothing.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+# A cell is split while it meets more triangles than this, and this often at most ...
+FEW, DEEPEST = 6, 11
+# ... and while a level holds no more pairs than this a triangle: stacks of sheets would fill every cell at every level.
+PAIRS = 24
+# Cells are this much wider than they are, in half faces: what lies on an edge of two is in both.
+SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class _Tree:
+    """Cells 0 to 5 are the faces +x, -x, +y, -y, +z, -z."""
+
+    children: np.ndarray  # (C,) the first of four, -1 in a leaf
+    first: np.ndarray  # (C,) into `members`
+    count: np.ndarray  # (C,)
+    members: np.ndarray  # (M,) triangles
+
+
+def surface_of_part(
+    center: np.ndarray, reverse: bool, corners: np.ndarray, normals: np.ndarray
+) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """surface(directions (N, 3)) -> ((N,) distance m, (N, 3) unit shading normal on the mirroring side, (N,) bool inside).
+
+    center (3,), corners (T, 3, 3) world, m; normals (T, 3, 3) of the corners, either way. Where nothing is met distance
+    and normal are 0. Directions need not be unit vectors; distances are along unit ones."""
+    p = np.asarray(corners, np.float64).reshape(-1, 3, 3) - np.asarray(center, np.float64)
+    scale = np.abs(p).max(initial=0.0) or 1.0
+    p = p / scale
+    sides, volume = _cones(p)
+    toward = sides.sum(1) * (-1.0 if reverse else 1.0)  # the planes' normals, on the mirroring side
+    n = np.asarray(normals, np.float64).reshape(-1, 3, 3)
+    n = n * np.where((n.sum(1) * toward).sum(-1) < 0, -1.0, 1.0)[:, None, None]
+    tree = _tree(p, sides, volume)
+
+    def surface(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        d = np.asarray(directions, np.float64).reshape(-1, 3)
+        d = d / np.maximum(np.linalg.norm(d, axis=-1, keepdims=True), 1e-300)
+        met, distance = _first(tree, sides, volume, d, nearest=reverse)
+        inside = met >= 0
+        weight = np.einsum("nkx,nx->nk", sides[met[inside]], d[inside]).clip(0)
+        normal = np.zeros_like(d)
+        mixed = np.einsum("nk,nkx->nx", weight, n[met[inside]])
+        plane = toward[met[inside]]
+        lost = np.linalg.norm(mixed, axis=-1) < 1e-6 * weight.sum(-1)
+        mixed[lost] = plane[lost]
+        normal[inside] = mixed / np.maximum(np.linalg.norm(mixed, axis=-1, keepdims=True), 1e-300)
+        return np.where(inside, distance * scale, 0.0), normal, inside
+
+    return surface
+
+
+def triangles_met(center: np.ndarray, reverse: bool, corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """(N,) int: which of the triangles (T, 3, 3) surface_of_part takes along each direction (N, 3), -1 for none."""
+    p = corners - center
+    p = p / (np.abs(p).max(initial=0.0) or 1.0)
+    sides, volume = _cones(p)
+    return _first(_tree(p, sides, volume), sides, volume, directions, nearest=reverse)[0]
+
+
+def _cones(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """((T, 3, 3) inward normals of the cones' sides, opposite to each corner, (T,) six times their volume)."""
+    sides = np.stack([np.cross(p[:, 1], p[:, 2]), np.cross(p[:, 2], p[:, 0]), np.cross(p[:, 0], p[:, 1])], 1)
+    volume = (p[:, 0] * sides[:, 0]).sum(-1)
+    return sides * np.where(volume < 0, -1.0, 1.0)[:, None, None], np.abs(volume)
+
+
+def _first(tree: _Tree, sides, volume, d, nearest: bool) -> tuple[np.ndarray, np.ndarray]:
+    """((N,) triangle or -1, (N,) distance)."""
+    cell = _cells(tree, d)
+    order = np.argsort(-tree.count[cell], kind="stable")
+    count, first, d = tree.count[cell][order], tree.first[cell][order], d[order]
+    met, distance = np.full(len(d), -1), np.full(len(d), np.inf if nearest else -np.inf)
+    for k in range(int(count[0]) if len(count) else 0):
+        rays = np.searchsorted(-count, -k, side="left")  # those whose cell has more than k
+        triangle = tree.members[first[:rays] + k]
+        weight = np.einsum("nkx,nx->nk", sides[triangle], d[:rays])
+        total = weight.sum(-1)
+        at = volume[triangle] / np.where(total > 0, total, np.inf)
+        better = (weight.min(-1) >= 0) & (total > 0) & ((at < distance[:rays]) if nearest else (at > distance[:rays]))
+        met[:rays][better], distance[:rays][better] = triangle[better], at[better]
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return met[back], distance[back]
+
+
+def _cells(tree: _Tree, d: np.ndarray) -> np.ndarray:
+    """(N,) the leaf that each direction lies in."""
+    axis = np.abs(d).argmax(-1)
+    major = np.take_along_axis(d, axis[:, None], 1)[:, 0]
+    cell = 2 * axis + (major < 0)
+    across = np.stack([np.take_along_axis(d, ((axis + k) % 3)[:, None], 1)[:, 0] for k in (1, 2)], -1)
+    at = (across / np.maximum(np.abs(major), 1e-300)[:, None] + 1) / 2  # 0..1
+    for _ in range(DEEPEST):
+        inner = tree.children[cell] >= 0
+        at = at * 2
+        bit = at >= 1
+        at = at - bit
+        cell = np.where(inner, tree.children[cell] + bit[:, 0] + 2 * bit[:, 1], cell)
+        if not inner.any():
+            break
+    return cell
+
+
+def _tree(p: np.ndarray, sides: np.ndarray, volume: np.ndarray) -> _Tree:
+    """Level by level: pairs of cell and triangle, of which those stay that meet."""
+    usable = np.flatnonzero(volume > 1e-15)
+    low = np.full((6, 2), -1.0)
+    face, wide = np.arange(6), 2.0
+    cell, triangle = np.repeat(np.arange(6), len(usable)), np.tile(usable, 6)
+    children, spans, members, done = [], [], [], 0
+    start = 0  # the number of this level's first cell
+    for depth in range(DEEPEST + 1):
+        stay = _meet(p, sides, face[cell], low[cell], wide, triangle)
+        cell, triangle = cell[stay], triangle[stay]
+        count = np.bincount(cell, minlength=len(face))
+        few = depth == DEEPEST or len(cell) > PAIRS * len(usable) + 1000
+        split = (count > FEW) & (not few)
+        below = start + len(face)
+        number = np.cumsum(split) - 1
+        children.append(np.where(split, below + 4 * number, -1))
+        leaf = ~split[cell]
+        order = np.argsort(cell[leaf], kind="stable")
+        members.append(triangle[leaf][order])
+        held = np.where(split, 0, count)
+        spans.append(np.stack([done + np.cumsum(held) - held, held], -1))
+        done += len(members[-1])
+        if not split.any():
+            break
+        wide /= 2
+        corner = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * wide
+        low, face = (low[split][:, None] + corner).reshape(-1, 2), np.repeat(face[split], 4)
+        cell, triangle = cell[~leaf], triangle[~leaf]
+        cell = (4 * number[cell][:, None] + np.arange(4)).reshape(-1)
+        triangle, start = np.repeat(triangle, 4), below
+    span = np.concatenate(spans)
+    return _Tree(np.concatenate(children), span[:, 0], span[:, 1], np.concatenate(members))
+
+
+def _meet(p, sides, face, low, wide, triangle) -> np.ndarray:
+    """(M,) bool: whether a cell and a triangle's cone have a direction in common; nothing that has one is missed."""
+    axis, sign = face // 2, np.where(face % 2, -1.0, 1.0)
+    local = p[triangle]
+    major, s, t = (np.take_along_axis(local, ((axis + k) % 3)[:, None, None], 2)[..., 0] for k in range(3))
+    major = major * sign[:, None]
+    stay = np.ones(len(face), bool)
+    for across, at in ((s, low[:, :1]), (t, low[:, 1:])):
+        stay &= ~(across - (at - SLACK) * major < 0).all(1) & ~(across - (at + wide + SLACK) * major > 0).all(1)
+    stay &= (major > 0).any(1)
+    cone = sides[triangle]
+    c_major, c_s, c_t = (np.take_along_axis(cone, ((axis + k) % 3)[:, None, None], 2)[..., 0] for k in range(3))
+    tolerance = SLACK * np.abs(cone).sum(-1)
+    most = np.full(c_s.shape, -np.inf)
+    for i in (0.0, wide):
+        for j in (0.0, wide):
+            most = np.maximum(most, c_major * sign[:, None] + c_s * (low[:, :1] + i) + c_t * (low[:, 1:] + j))
+    return stay & (most >= -tolerance).all(1)
