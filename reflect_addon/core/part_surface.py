@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# A cell is split while it meets more triangles than this, and this often at most ...
-FEW, DEEPEST = 6, 11
+# A cell is split while it meets more triangles than this (when few rays are asked for: than this), and this often at most ...
+FEW, NOT_SO_FEW, DEEPEST = 8, 20, 11
 # ... and while a level holds no more pairs than this a triangle: stacks of sheets would fill every cell at every level.
 PAIRS = 24
 # Cells are this much wider than they are, in half faces: what lies on an edge of two is in both.
@@ -48,7 +48,7 @@ def surface_of_part(
     toward = sides.sum(1) * (-1.0 if reverse else 1.0)  # the planes' normals, on the mirroring side
     n = np.asarray(normals, np.float64).reshape(-1, 3, 3)
     n = n * np.where((n.sum(1) * toward).sum(-1) < 0, -1.0, 1.0)[:, None, None]
-    tree = _tree(p, sides, volume)
+    tree = _tree(p, sides, volume, FEW)
 
     def surface(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         d = np.asarray(directions, np.float64).reshape(-1, 3)
@@ -72,7 +72,7 @@ def triangles_met(center: np.ndarray, reverse: bool, corners: np.ndarray, direct
     p = corners - center
     p = p / (np.abs(p).max(initial=0.0) or 1.0)
     sides, volume = _cones(p)
-    return _first(_tree(p, sides, volume), sides, volume, directions, nearest=reverse)[0]
+    return _first(_tree(p, sides, volume, NOT_SO_FEW), sides, volume, directions, nearest=reverse)[0]
 
 
 def _cones(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -119,56 +119,70 @@ def _cells(tree: _Tree, d: np.ndarray) -> np.ndarray:
     return cell
 
 
-def _tree(p: np.ndarray, sides: np.ndarray, volume: np.ndarray) -> _Tree:
+def _tree(p: np.ndarray, sides: np.ndarray, volume: np.ndarray, most_in_cell: int) -> _Tree:
     """Level by level: pairs of cell and triangle, of which those stay that meet."""
-    usable = np.flatnonzero(volume > 1e-15)
-    low = np.full((6, 2), -1.0)
-    face, wide = np.arange(6), 2.0
-    cell, triangle = np.repeat(np.arange(6), len(usable)), np.tile(usable, 6)
-    children, spans, members, done = [], [], [], 0
-    start = 0  # the number of this level's first cell
+    rows, triangles = _on_faces(p, sides, np.flatnonzero(volume > 1e-15))
+    most = PAIRS * len(rows) + 1000
+    middle, half = np.zeros((6, 2)), 1.0
+    row = np.arange(len(rows))
+    cell = rows[:, 16].astype(int)
+    children, spans, members = [], [], []
+    done = start = 0  # members and cells of the levels above
     for depth in range(DEEPEST + 1):
-        stay = _meet(p, sides, face[cell], low[cell], wide, triangle)
-        cell, triangle = cell[stay], triangle[stay]
-        count = np.bincount(cell, minlength=len(face))
-        few = depth == DEEPEST or len(cell) > PAIRS * len(usable) + 1000
-        split = (count > FEW) & (not few)
-        below = start + len(face)
+        stay = _meet(rows[row], middle[cell], half)
+        cell, row = cell[stay], row[stay]
+        count = np.bincount(cell, minlength=len(middle))
+        split = (count > most_in_cell) & (depth < DEEPEST) & (len(cell) <= most)
+        below = start + len(middle)
         number = np.cumsum(split) - 1
         children.append(np.where(split, below + 4 * number, -1))
         leaf = ~split[cell]
         order = np.argsort(cell[leaf], kind="stable")
-        members.append(triangle[leaf][order])
+        members.append(triangles[row[leaf]][order])
         held = np.where(split, 0, count)
         spans.append(np.stack([done + np.cumsum(held) - held, held], -1))
         done += len(members[-1])
         if not split.any():
             break
-        wide /= 2
-        corner = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * wide
-        low, face = (low[split][:, None] + corner).reshape(-1, 2), np.repeat(face[split], 4)
-        cell, triangle = cell[~leaf], triangle[~leaf]
-        cell = (4 * number[cell][:, None] + np.arange(4)).reshape(-1)
-        triangle, start = np.repeat(triangle, 4), below
+        half /= 2
+        step = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]) * half
+        middle = (middle[split][:, None] + step).reshape(-1, 2)
+        cell = (4 * number[cell[~leaf]][:, None] + np.arange(4)).reshape(-1)
+        row, start = np.repeat(row[~leaf], 4), below
     span = np.concatenate(spans)
     return _Tree(np.concatenate(children), span[:, 0], span[:, 1], np.concatenate(members))
 
 
-def _meet(p, sides, face, low, wide, triangle) -> np.ndarray:
-    """(M,) bool: whether a cell and a triangle's cone have a direction in common; nothing that has one is missed."""
-    axis, sign = face // 2, np.where(face % 2, -1.0, 1.0)
-    local = p[triangle]
-    major, s, t = (np.take_along_axis(local, ((axis + k) % 3)[:, None, None], 2)[..., 0] for k in range(3))
-    major = major * sign[:, None]
-    stay = np.ones(len(face), bool)
-    for across, at in ((s, low[:, :1]), (t, low[:, 1:])):
-        stay &= ~(across - (at - SLACK) * major < 0).all(1) & ~(across - (at + wide + SLACK) * major > 0).all(1)
-    stay &= (major > 0).any(1)
-    cone = sides[triangle]
-    c_major, c_s, c_t = (np.take_along_axis(cone, ((axis + k) % 3)[:, None, None], 2)[..., 0] for k in range(3))
-    tolerance = SLACK * np.abs(cone).sum(-1)
-    most = np.full(c_s.shape, -np.inf)
-    for i in (0.0, wide):
-        for j in (0.0, wide):
-            most = np.maximum(most, c_major * sign[:, None] + c_s * (low[:, :1] + i) + c_t * (low[:, 1:] + j))
-    return stay & (most >= -tolerance).all(1)
+def _on_faces(p: np.ndarray, sides: np.ndarray, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """((M, 17), (M,) triangle), of each face and each triangle that has corners before it, on the plane one before the eye:
+    columns 0-3 the triangle's low and high s and t; 4-15 for each cone's side its product with (1, s, t) and what half a
+    cell's width times adds to that; 16 the face."""
+    rows, triangles = [], []
+    for face in range(6):
+        axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
+        order = [axis, (axis + 1) % 3, (axis + 2) % 3]
+        depth = p[usable, :, axis] * sign
+        mine = usable[(depth > 0).any(1)]
+        major, s, t = np.moveaxis(p[mine][:, :, order], 2, 0)
+        major = major * sign
+        whole = (major > 1e-6).all(1)  # else it reaches behind the eye, and its image has no bounds
+        at = np.stack([s, t], 1) / np.where(whole[:, None], major, 1.0)[:, None]
+        low, high = np.where(whole[:, None], at.min(2), -2.0), np.where(whole[:, None], at.max(2), 2.0)
+        cone = sides[mine][:, :, order] * np.array([sign, 1.0, 1.0])
+        wider = np.abs(cone[..., 1:]).sum(-1, keepdims=True)
+        # Rounding may not part what touches.
+        cone[..., 0] += SLACK * np.abs(cone).sum(-1)
+        lines = np.concatenate([cone, wider], -1).reshape(-1, 12)
+        rows.append(np.column_stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1], lines, np.full(len(mine), face)]))
+        triangles.append(mine)
+    return np.concatenate(rows), np.concatenate(triangles)
+
+
+def _meet(rows: np.ndarray, middle: np.ndarray, half: float) -> np.ndarray:
+    """(M,) bool: whether cells about these middles (M, 2) have a direction in common with triangles; none is missed."""
+    s, t = middle.T
+    wide = half + SLACK
+    stay = (rows[:, 0] <= s + wide) & (rows[:, 1] >= s - wide) & (rows[:, 2] <= t + wide) & (rows[:, 3] >= t - wide)
+    for k in (4, 8, 12):
+        stay &= rows[:, k] + rows[:, k + 1] * s + rows[:, k + 2] * t + rows[:, k + 3] * half >= 0
+    return stay

@@ -48,6 +48,7 @@ def kinds_of(surface: Surface) -> np.ndarray:
     kind[most > 0] = CONVEX
     kind[least < 0] = CONCAVE
     kind[(least < 0) & (most > 0)] = SADDLE
+    kind[surface.wall] = FLAT  # whatever rounds its rims, averaged into it
     return kind
 
 

@@ -20,7 +20,8 @@ def regions_of(surface: Surface, kind: np.ndarray, small: float, creases: bool =
     open_edge = ~surface.crease if creases else np.ones(len(surface.pairs), bool)
     pairs, length = surface.pairs[open_edge], surface.length[open_edge]
     region = components(len(kind), pairs[kind[pairs[:, 0]] == kind[pairs[:, 1]]])
-    region = merged(region, pairs, length, surface.area, small * surface.area.sum())
+    alike = surface.wall[pairs[:, 0]] == surface.wall[pairs[:, 1]]  # no rim goes to the wall that it rims, nor the other way
+    region = merged(region, pairs[alike], length[alike], surface.area, small * surface.area.sum())
     return _coplanar(surface, kind, region)
 
 

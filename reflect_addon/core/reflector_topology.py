@@ -37,6 +37,7 @@ class Surface:
     pairs: np.ndarray  # (E, 2) triangles that share an edge
     length: np.ndarray  # (E,) of that edge
     crease: np.ndarray  # (E,) bool
+    wall: np.ndarray  # (T,) bool: in a large plane that is shaded flat
     two_sided: np.ndarray  # (T,) bool: its piece is open, so its other side mirrors too
     middle: np.ndarray  # (3,) world, m
     size: float  # m, half the bounding box's diagonal
@@ -85,8 +86,9 @@ def surface_of(positions: np.ndarray, triangles: np.ndarray, corner_normals: np.
     shading = shading * np.where((shading.sum(1) * normal).sum(-1) < 0, -1.0, 1.0)[:, None, None]
     first, last = (corners[pairs[:, 0, None], ends[:, :, 0]][:, k] for k in (0, 1))
     length = np.linalg.norm(first - last, axis=-1)
-    crease = _creases(normal, shading, area, pairs, ends)
-    return Surface(keep, corners, shading, normal, area, place, pairs, length, crease, two_sided, middle, size)
+    wall = _walls(normal, shading, area, pairs)
+    crease = _creases(normal, shading, wall, pairs, ends)
+    return Surface(keep, corners, shading, normal, area, place, pairs, length, crease, wall, two_sided, middle, size)
 
 
 def _shading(given: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -131,22 +133,30 @@ def _turned(corners, area, agreement, pairs, alike, open_edge):
     return np.where(wrong[piece], -turned, turned), open_piece[piece]
 
 
-def _creases(normal, shading, area, pairs, ends) -> np.ndarray:
+def _walls(normal, shading, area, pairs) -> np.ndarray:
+    """(T,) bool: in a plane that is shaded flat, holds LARGE_PART of the surface and is no facet of something round."""
+    a, b = pairs.T
+    angle = (normal[a] * normal[b]).sum(-1)
+    face = components(len(normal), pairs[angle > np.cos(SAME_NORMAL)])
+    size = np.bincount(face, area)
+    mean = np.stack([np.bincount(face, area * n) for n in normal.T], -1)
+    mean /= np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-300)
+    # A fine ball's triangles differ from neighbours by less than SAME_NORMAL too: all must be near the mean.
+    bent = np.einsum("tkx,tx->tk", shading, mean[face]).min(-1, initial=1.0) < np.cos(SAME_NORMAL)
+    flat = np.bincount(face, bent) == 0
+    fa, fb = face[a], face[b]
+    met = np.unique(np.sort(np.stack([fa, fb], -1)[(angle > np.cos(ROUND)) & (fa != fb)], 1), axis=0)
+    met = met[size[met].min(1) >= ALIKE * size[met].max(1)]
+    is_facet = np.bincount(met.reshape(-1), minlength=len(size)) >= 2
+    return (flat & ~is_facet & (size >= LARGE_PART * area.sum()))[face]
+
+
+def _creases(normal, shading, wall, pairs, ends) -> np.ndarray:
     """(E,) bool."""
     a, b = pairs.T
     apart = np.zeros(len(pairs))
     for k in range(2):
         apart = np.maximum(apart, 1 - (shading[a, ends[:, k, 0]] * shading[b, ends[:, k, 1]]).sum(-1))
     parted = apart > 1 - np.cos(PARTED)
-    angle = (normal[a] * normal[b]).sum(-1)
-    shallow = angle > np.cos(ROUND)
-    maybe = parted & shallow
-    if not maybe.any():
-        return parted
-    face = components(len(normal), pairs[angle > np.cos(SAME_NORMAL)])
-    size = np.bincount(face, area)
-    fa, fb = face[a], face[b]
-    met = np.unique(np.sort(np.stack([fa, fb], -1)[maybe & (fa != fb)], 1), axis=0)
-    met = met[size[met].min(1) >= ALIKE * size[met].max(1)]
-    wall = (np.bincount(met.reshape(-1), minlength=len(size)) < 2) & (size >= LARGE_PART * area.sum())
-    return parted & ~(shallow & ~wall[fa] & ~wall[fb])
+    shallow = (normal[a] * normal[b]).sum(-1) > np.cos(ROUND)
+    return parted & ~(shallow & ~wall[a] & ~wall[b])
