@@ -78,7 +78,7 @@ def triangles_met(center: np.ndarray, reverse: bool, corners: np.ndarray, direct
 def _cones(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """((T, 3, 3) inward normals of the cones' sides, opposite to each corner, (T,) six times their volume)."""
     sides = np.stack([np.cross(p[:, 1], p[:, 2]), np.cross(p[:, 2], p[:, 0]), np.cross(p[:, 0], p[:, 1])], 1)
-    volume = (p[:, 0] * sides[:, 0]).sum(-1)
+    volume = np.einsum("ij,ij->i", p[:, 0], sides[:, 0])
     return sides * np.where(volume < 0, -1.0, 1.0)[:, None, None], np.abs(volume)
 
 
@@ -92,9 +92,10 @@ def _first(tree: _Tree, sides, volume, d, nearest: bool) -> tuple[np.ndarray, np
         rays = np.searchsorted(-count, -k, side="left")  # those whose cell has more than k
         triangle = tree.members[first[:rays] + k]
         weight = np.einsum("nkx,nx->nk", sides[triangle], d[:rays])
-        total = weight.sum(-1)
+        a, b, c = weight.T
+        total = a + b + c
         at = volume[triangle] / np.where(total > 0, total, np.inf)
-        better = (weight.min(-1) >= 0) & (total > 0) & ((at < distance[:rays]) if nearest else (at > distance[:rays]))
+        better = (a >= 0) & (b >= 0) & (c >= 0) & (total > 0) & ((at < distance[:rays]) if nearest else (at > distance[:rays]))
         met[:rays][better], distance[:rays][better] = triangle[better], at[better]
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
@@ -162,19 +163,25 @@ def _on_faces(p: np.ndarray, sides: np.ndarray, usable: np.ndarray) -> tuple[np.
         axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
         order = [axis, (axis + 1) % 3, (axis + 2) % 3]
         depth = p[usable, :, axis] * sign
-        mine = usable[(depth > 0).any(1)]
+        mine = usable[np.maximum(np.maximum(depth[:, 0], depth[:, 1]), depth[:, 2]) > 0]
         major, s, t = np.moveaxis(p[mine][:, :, order], 2, 0)
         major = major * sign
-        whole = (major > 1e-6).all(1)  # else it reaches behind the eye, and its image has no bounds
-        at = np.stack([s, t], 1) / np.where(whole[:, None], major, 1.0)[:, None]
-        low, high = np.where(whole[:, None], at.min(2), -2.0), np.where(whole[:, None], at.max(2), 2.0)
-        cone = sides[mine][:, :, order] * np.array([sign, 1.0, 1.0])
-        wider = np.abs(cone[..., 1:]).sum(-1, keepdims=True)
-        # Rounding may not part what touches.
-        cone[..., 0] += SLACK * np.abs(cone).sum(-1)
-        lines = np.concatenate([cone, wider], -1).reshape(-1, 12)
-        rows.append(np.column_stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1], lines, np.full(len(mine), face)]))
-        triangles.append(mine)
+        whole = np.minimum(np.minimum(major[:, 0], major[:, 1]), major[:, 2]) > 1e-6  # else it has no bounds: it reaches behind
+        row = np.empty((len(mine), 17))
+        for k, across in enumerate((s, t)):
+            a, b, c = (across / np.where(whole[:, None], major, 1.0)).T
+            row[:, 2 * k] = np.where(whole, np.minimum(np.minimum(a, b), c), -2.0)
+            row[:, 2 * k + 1] = np.where(whole, np.maximum(np.maximum(a, b), c), 2.0)
+        for k in range(3):
+            one, s, t = sides[mine, k][:, order].T
+            one = one * sign
+            # Rounding may not part what touches.
+            row[:, 4 + 4 * k] = one + SLACK * (np.abs(one) + np.abs(s) + np.abs(t))
+            row[:, 5 + 4 * k], row[:, 6 + 4 * k], row[:, 7 + 4 * k] = s, t, np.abs(s) + np.abs(t)
+        row[:, 16] = face
+        near = (row[:, 0] <= 1 + SLACK) & (row[:, 1] >= -1 - SLACK) & (row[:, 2] <= 1 + SLACK) & (row[:, 3] >= -1 - SLACK)
+        rows.append(row[near])
+        triangles.append(mine[near])
     return np.concatenate(rows), np.concatenate(triangles)
 
 

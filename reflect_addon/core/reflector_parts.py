@@ -31,8 +31,8 @@ TRIES = ((0.02, True, True, 0.95), (0.02, True, True, 0.85), (0.06, True, True, 
 # Cost of a part with one reflection point and of others, of surface in parts of several kinds, and of surface left out:
 # 0.1 % of it is worth a part.
 COST, COST_MIXED, COST_LEFT_OUT = {"flat": 1.0, "convex": 1.0, "concave": 2.0, "saddle": 2.0}, 40.0, 1000.0
-# No better than this is looked for.
-CHEAP = 4.0
+# No better than this is looked for; and not once so many triangles were, when no more than a tenth is left out.
+CHEAP, WORK, TENTH = 4.0, 150_000, 0.1
 # A part is of a kind that this share of its area is of, flat counting as either.
 PURE = 0.93
 # What is flat turns by no more than this, radians.
@@ -68,14 +68,14 @@ def parts_of(
         return ()
     kind = kinds_of(surface)
     best, least = [], np.inf
-    for small, by_kind, by_crease, share in TRIES:
+    for tried, (small, by_kind, by_crease, share) in enumerate(TRIES):
+        if least <= CHEAP or (tried * len(kind) > WORK and least < TENTH * COST_LEFT_OUT):
+            break
         region = regions_of(surface, kind if by_kind else np.where(surface.wall, FLAT, SADDLE), small, by_crease)
         stars = _filled(surface, kind, _stars(surface, region, most, share))
         cost = _cost(surface, kind, stars)
         if cost < least - 0.5:
             best, least = stars, cost
-        if least <= CHEAP:
-            break
     best.sort(key=lambda star: -surface.area[star.triangles].sum())
     return tuple(_part(surface, kind, star) for star in best)
 
@@ -181,11 +181,12 @@ def _filled(surface: Surface, kind: np.ndarray, stars: list[_Star]) -> list[_Sta
         more = free & ~mine & (seen(star.center, star.reverse, middle, surface.normal, size) > BARELY)
         label = components(len(free), surface.pairs[(mine | more)[surface.pairs].all(1)])
         more &= np.isin(label, np.unique(label[mine]))
-        both = np.flatnonzero(mine | more)
-        met = triangles_met(star.center, star.reverse, surface.corners[both], middle[both] - star.center) == np.arange(len(both))
-        # Those that hide what the star held are not taken.
-        if more.any() and met[mine[both]].all():
-            star = _Star(both[met], star.center, star.reverse)
+        if more.any():
+            both = np.flatnonzero(mine | more)
+            met = triangles_met(star.center, star.reverse, surface.corners[both], middle[both] - star.center)
+            met = met == np.arange(len(both))
+            if met[mine[both]].all():  # else they hide what the star held
+                star = _Star(both[met], star.center, star.reverse)
         free[star.triangles] = False
         out.append(star)
     return out
