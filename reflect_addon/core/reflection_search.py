@@ -9,7 +9,8 @@ finds R with one look-up a step and quadratically. A step that makes the residua
 Both end on the residual or after `steps`, and say which: what was not found is never given out as found (virtual_status.py).
 Hidden vertices (6.1). Behind the reflector a vertex V stands for the point p that V is the image of. The paper searches on with p's
 bisector. At the end eye, R and V lie on one line, so `newton` goes along that line instead, between below and above the surface.
-Spaces. All of it in map space (map_space.py); eye and vertex are homogeneous, w = 0 being a direction.
+Spaces. All of it in map space (map_space.py); eye and vertex are homogeneous, w = 0 being a direction. `block` is the map's place in
+the atlas, and 1 or -1: which side of the surface mirrors.
 Limits. Eye or vertex on the surface, or a normal that jumps, have no slope: such searches end as failed, after bounded work.
 """
 
@@ -18,7 +19,7 @@ from dataclasses import dataclass
 from . import virtual_status as status
 from .reflector_map import look
 
-INPUTS = {"observer": "vec4", "vertex": "vec4", "start": "vec4", "block": "vec3"}
+INPUTS = {"observer": "vec4", "vertex": "vec4", "start": "vec4", "block": "vec4"}
 # Sine of the angle between bisector and normal at which a search ends: a few roundings of float32 ...
 TOLERANCE = 2e-6
 # ... and up to which its last point counts as found: a thousandth of a pixel on a reflector a thousand pixels wide.

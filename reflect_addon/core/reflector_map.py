@@ -150,7 +150,8 @@ class Look:
 
 
 def look(k, scope, block, direction, slopes: bool = True) -> Look:
-    """Kernel: bilinear look-up along `direction` (vec3 of any length) in the map of `block` (vec3: x, y, side)."""
+    """Kernel: bilinear look-up along `direction` (vec3 of any length) in the map of `block` (vec4: x, y, side, and 1 or -1:
+    whether the normals are the map's or those of the other side)."""
     face, s, t = face_of(k, direction)
     x = k.name("map_x", block.x + face * (block.z + 2.0) + 0.5 + (s + 1.0) * 0.5 * block.z)
     y = k.name("map_y", block.y + 0.5 + (t + 1.0) * 0.5 * block.z)
@@ -166,5 +167,7 @@ def look(k, scope, block, direction, slopes: bool = True) -> Look:
 
     position, position_x, position_y = bilinear(IMAGES[0])
     normal, normal_x, normal_y = bilinear(IMAGES[1])
-    slope = (position_x.xyz, position_y.xyz, normal_x.xyz, normal_y.xyz) if slopes else (None,) * 4
-    return Look(position.xyz, normal.xyz, *slope, position.w)
+    slope = (None,) * 4
+    if slopes:
+        slope = (position_x.xyz, position_y.xyz, normal_x.xyz * block.w, normal_y.xyz * block.w)
+    return Look(position.xyz, normal.xyz * block.w, *slope, position.w)

@@ -36,8 +36,18 @@ class VirtualMesh:
     radiance: np.ndarray  # (V, 3) float32, scene-linear
     normal: np.ndarray  # (V, 3) float32, object space, towards the seen side
     share: np.ndarray  # (V,) float32: which vertices mirror (surface_asset.py)
-    triangles: np.ndarray  # (T, 3) int32
+    triangles: np.ndarray  # (T, 3) int32, by instance
     names: tuple[str, ...]  # of the instances
+
+    def without(self, name: str) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+        """(first, count) of the vertices and of the triangles of all instances but the one of this name, in one or two ranges."""
+        own = self.names.index(name) if name in self.names else len(self.names)
+        owners = (self.instance, self.instance[self.triangles[:, 0]] if len(self.triangles) else np.zeros(0, int))
+        found = []
+        for owner in owners:
+            low, high = np.searchsorted(owner, [own, own + 1])
+            found.append([(a, b - a) for a, b in ((0, int(low)), (int(high), len(owner))) if b > a])
+        return found[0], found[1]
 
 
 @dataclass
@@ -116,4 +126,5 @@ def _mesh(soup: _Soup, names: tuple[str, ...]) -> VirtualMesh:
     rank[order] = np.arange(len(order))
     values, owner = soup.values[used[order]].astype(np.float32), soup.owner[used[order]].astype(np.int32)
     triangles = rank[corner.reshape(-1, 3)].astype(np.int32)
+    triangles = triangles[np.argsort(owner[triangles[:, 0]], kind="stable")]
     return VirtualMesh(values[:, :3], owner, values[:, 3:6], values[:, 6:9], values[:, 9], triangles, names)

@@ -6,6 +6,7 @@ order along the reflected rays. With the option `finish` each fragment asks its 
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -93,23 +94,25 @@ class Projector:
             return
         reflectors = self._snapshot.reflectors()
         for index in chosen:
+            own = "" if asset.options["sees_itself"] else reflectors[index].name
+            vertices, triangles = scene.without(own)
             for number, part in enumerate(virtual_objects.parts_in(asset)):
-                for copy, seed in enumerate(part.seeds):
+                for copy, (side, seed) in enumerate(product(part.sides, part.seeds)):
                     held = self._part(reflectors[index], number, copy)
                     if held.places is not self._places:
                         held.places = self._places
                         held.space = map_space(part.center, part.size, _baked(asset), reflectors[index].world_from_object)
                         place(held.found, held.space.from_objects(self._places), self.counts)
-                    self._search(asset).run(scene, held.found, held.space.observer(camera), part.block, (*seed, 1.0))
-                    self._show(camera, index, held, rays, target, asset, bounds)
+                    self._search(asset).run(scene, held.found, held.space.observer(camera), (*part.block, side), seed, vertices)
+                    self._show(camera, index, held, rays, target, asset, bounds, triangles)
 
-    def _show(self, camera: Camera, index: int, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds):
+    def _show(self, camera: Camera, index: int, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):
         data = frame_of(held.space, camera, index)
         if held.frame is None:
             held.frame = ensure().types.GPUUniformBuf(data)
         else:
             held.frame.update(data)
-        self._drawing(asset, target.beside).draw(self.scene, held.found, held.frame, rays, target, bounds)
+        self._drawing(asset, target.beside).draw(self.scene, held.found, held.frame, rays, target, bounds, ranges)
 
     def prepare(self, asset: Asset, beside: str | None):
         """Upload and compile now."""
@@ -118,10 +121,11 @@ class Projector:
             self._drawing(asset, beside)
 
     def statuses(self) -> dict[str, float]:
-        """Share of the vertices of all parts that were drawn last, by what their searches said (core/virtual_status.py)."""
+        """Share of the vertices of all parts that were searched, by what was said of them last (core/virtual_status.py)."""
         count = len(self.scene.mesh.positions) if self.scene else 0
         found = [read_texture(p.found.virtual, self.counts)[..., 3].ravel()[:count] for p in self._parts.values()]
         values = np.concatenate(found) if found else np.zeros(0)
+        values = values[values > 0]
         return {name: float((values == status).mean()) if len(values) else 0.0 for status, name in virtual_status.NAMES.items()}
 
     def bytes(self) -> int:

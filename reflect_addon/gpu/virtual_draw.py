@@ -95,8 +95,8 @@ class Drawing:
             counts,
         )  # fmt: skip
 
-    def draw(self, scene: VirtualScene, found, frame, rays, target: ReflectionTarget, bounds):
-        """All triangles, once; found: virtual_search.Found; frame: frame_of's buffer; rays: RayMapTarget."""
+    def draw(self, scene: VirtualScene, found, frame, rays, target: ReflectionTarget, bounds, ranges):
+        """The triangles in `ranges`, each (first, count); found: virtual_search.Found; frame: frame_of's buffer; rays: RayMapTarget."""
         gpu = ensure()
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
@@ -121,8 +121,9 @@ class Drawing:
                     shader.block(self._block_name, self._block)
             for name, texture in images.items():
                 shader.image(name, texture)
-            shader.draw(scene.batch)
-            self.counts.draws += 1
+            for first, count in ranges:
+                shader.draw(scene.batch, 3 * first, 3 * count)
+                self.counts.draws += 1
             gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")

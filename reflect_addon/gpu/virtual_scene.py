@@ -1,5 +1,7 @@
 """The reflected scene on the GPU for methods that draw it: core/virtual_mesh.py's tables as textures, its triangles as a batch."""
 
+from functools import cache
+
 import numpy as np
 
 from ..core.snapshot import SceneSnapshot
@@ -33,6 +35,7 @@ class VirtualScene:
 
     def __init__(self, mesh: VirtualMesh, counts: Counts):
         self.mesh, self.counts = mesh, counts
+        self.without = cache(mesh.without)
         self.vertices_buf = table("virtual vertices", np.column_stack([mesh.positions, mesh.instance]), counts)
         self.radiance_buf = table("virtual radiance", np.column_stack([mesh.radiance, mesh.share]), counts)
         self.normals_buf = table("virtual normals", np.pad(mesh.normal, ((0, 0), (0, 1))), counts)

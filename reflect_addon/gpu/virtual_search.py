@@ -19,7 +19,7 @@ from .virtual_scene import COLUMNS, VirtualScene, image
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
 _WANTED = ("virtual", "direction", "status")
-_ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block.xyz"}
+_ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block"}
 
 
 @dataclass
@@ -61,12 +61,11 @@ class Search:
             counts,
         )  # fmt: skip
 
-    def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, block, seed):
-        """Every vertex of the scene; nothing is read back."""
-        count = len(scene.mesh.positions)
+    def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, block, seed, ranges):
+        """The vertices in `ranges`, each (first, count); nothing is read back."""
         shader = self.program
         shader.bind()
-        for name, value in (("observer", observer), ("seed", seed), ("block", (*block, 0.0)), ("range", (0, count))):
+        for name, value in (("observer", observer), ("seed", (*seed, 1.0)), ("block", block)):
             shader.set(name, value)
         shader.image("vertices_buf", scene.vertices_buf)
         shader.image("placing_buf", found.placing)
@@ -74,8 +73,10 @@ class Search:
             shader.image(sampler, texture)
         for name, texture in (("start_img", found.start), ("virtual_img", found.virtual), ("place_img", found.place)):
             shader.store(name, texture)
-        shader.dispatch(COLUMNS, max(-(-count // COLUMNS), 1))
-        self.counts.searches += count
+        for first, count in ranges:
+            shader.set("range", (first, count))
+            shader.dispatch(COLUMNS, -(-count // COLUMNS))
+            self.counts.searches += count
 
 
 def search_kernel(asset: Asset) -> GlslKernel:

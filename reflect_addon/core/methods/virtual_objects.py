@@ -50,6 +50,8 @@ DEFAULTS = {"map_texels": 256, "parts": 16, "search_steps": 16, "paper": False, 
 # Columns of the table of parts: the map's block and the kind; centre and size; then starting directions.
 PLACE, CENTER, SEEDS = 0, 1, 2
 MOST_SEEDS = 4
+# Triangles whose planes are looked at, and how far before one, in sizes, a convex surface's own rounding may lie.
+PLANES, BULGE = 512, 1e-4
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,7 @@ class TablePart:
     center: np.ndarray  # (3,) float64, world at the bake, m
     size: float  # m
     seeds: np.ndarray  # (S, 3) directions from which searches start: one for each reflection point that there may be
+    sides: tuple[float, ...]  # 1 and, of a sheet, -1: which of its sides mirror
 
 
 def bake(job: BakeJob) -> Asset:
@@ -77,7 +80,7 @@ def bake(job: BakeJob) -> Asset:
     images, blocks = reflector_map.atlas(maps)
     rows = np.zeros((len(found), SEEDS + MOST_SEEDS, 4), np.float32)
     for row, part, block in zip(rows, found, blocks, strict=True):
-        row[PLACE, :3] = block
+        row[PLACE] = *block, float(part.two_sided)
         row[CENTER] = *part.center, part.size
         seeds = np.asarray(part.seeds)[:MOST_SEEDS]
         row[SEEDS : SEEDS + len(seeds), :3], row[SEEDS : SEEDS + len(seeds), 3] = seeds, 1.0
@@ -85,7 +88,8 @@ def bake(job: BakeJob) -> Asset:
         NAME,
         job.reflector.name,
         {**images, "reflector_parts_buf": rows},
-        options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order")},
+        options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order")}
+        | {"sees_itself": not _is_convex(positions, triangles)},
         settings=dict(job.settings),
         parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *_reflected(job.scene)),
         light_hash=job.scene.light_hash,
@@ -105,6 +109,17 @@ def _mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, n
         normals = -normals
     length = np.linalg.norm(normals, axis=-1, keepdims=True)
     return scene.world_positions(reflector), mesh.triangles[chosen], normals / np.where(length > 0, length, 1.0)
+
+
+def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
+    """Whether no point of a surface lies before the plane of another: such a mirror does not show itself."""
+    corners = positions[triangles[:: max(len(triangles) // PLANES, 1)]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+    used = positions[np.unique(triangles)]
+    above = used @ normal.T - np.einsum("tc,tc->t", normal, corners[:, 0])
+    size = np.ptp(used, axis=0).max()
+    return bool(above.max() <= BULGE * size or above.min() >= -BULGE * size)
 
 
 def _reflected(scene: SceneSnapshot) -> tuple:
@@ -136,7 +151,7 @@ def parts_in(asset: Asset) -> tuple[TablePart, ...]:
     return tuple(
         TablePart(
             tuple(map(float, row[PLACE, :3])), row[CENTER, :3].astype(np.float64), float(row[CENTER, 3]),
-            row[SEEDS:][row[SEEDS:, 3] > 0, :3],
+            row[SEEDS:][row[SEEDS:, 3] > 0, :3], (1.0, -1.0) if row[PLACE, 3] else (1.0,),
         )
         for row in rows
     )  # fmt: skip
