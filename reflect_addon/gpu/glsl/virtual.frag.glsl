@@ -38,7 +38,8 @@ void main()
     vec3 nearest = v_origin + v_edge_b * weights.y + v_edge_c * weights.z - start;
     distance_along = dot(nearest, along);
     float width = texelFetch(normal_tx, pixel, 0).w * frame.options.x + direction.w * max(distance_along, 0.0);
-    if (!(length(cross(nearest, along)) <= SLACK * width)) {
+    // What is nearer than a few pixels is beside the ray's own start.
+    if (!(length(cross(nearest, along)) <= SLACK * width) || distance_along < 8.0 * width) {
       discard;
       return;
     }
