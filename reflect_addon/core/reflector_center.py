@@ -4,7 +4,8 @@ A region is star-shaped about c where its normals all look away from c (or all a
 normals best, least squares in (c, r) of n.(p - c) = r, gives such a point at once for spheres, tubes, caps and tori; for
 planes and shallow caps it is undetermined or far away, where the region would be a speck of the map: points half a size
 behind or before it are tried as well, and the best is moved on by subgradient steps. Best is where most area is seen well:
-q = n.(p - c) / sqrt(|p - c|^2 + (size / 4)^2), which also falls when c comes close to the surface.
+q = n.(p - c) / sqrt(|p - c|^2 + (size / 4)^2), which also falls when c comes close to the surface, less
+what distance costs.
 Limits. Whether two spots lie in one direction is not asked here: part_surface.triangles_met tells.
 """
 
@@ -14,6 +15,8 @@ import numpy as np
 GRAZING = 0.1
 # Enough q: more is no gain.
 ENOUGH = 0.4
+# What seeing a region from farther than half its diagonal costs, for each such length: it fills less of the map.
+FAR = 0.2
 # Steps towards more, and so many triangles are looked at while searching.
 STEPS, SAMPLES = 16, 2000
 
@@ -53,7 +56,8 @@ def _sphere(p, n, w, mean, size) -> np.ndarray:
 
 def _rate(center, reverse, p, n, w, size) -> float:
     q = seen(center, reverse, p, n, size)
-    return float(w @ (q > GRAZING) + 0.5 * (w @ q.clip(GRAZING, ENOUGH)))
+    far = w @ np.linalg.norm(p - center, axis=-1) / size
+    return float(w @ (q > GRAZING) + 0.5 * (w @ q.clip(GRAZING, ENOUGH)) - FAR * max(0.0, far - 1.0))
 
 
 def _improved(center, reverse, p, n, w, size) -> tuple[float, np.ndarray, bool]:
