@@ -18,22 +18,23 @@ ENOUGH = 0.4
 # What seeing a region from farther than half its diagonal costs, for each such length: it fills less of the map.
 FAR = 0.2
 # Steps towards more, and so many triangles are looked at while searching.
-STEPS, SAMPLES = 16, 2000
+STEPS, SAMPLES = 16, 800
 
 
-def seen(center: np.ndarray, reverse: bool, middle: np.ndarray, normal: np.ndarray, size: float) -> np.ndarray:
-    """(T,) q of triangles with these middles and normals (T, 3), from center (3,); size: half the region's diagonal."""
-    away = middle - center
+def seen(center: np.ndarray, reverse: bool, points: np.ndarray, normal: np.ndarray, size: float) -> np.ndarray:
+    """(T,) q of points with these normals (T, 3), from center (3,); size: half the region's diagonal."""
+    away = points - center
     q = np.einsum("ij,ij->i", away, normal) / np.sqrt(np.einsum("ij,ij->i", away, away) + size * size / 16)
     return -q if reverse else q
 
 
-def best_center(middle: np.ndarray, normal: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, bool]:
-    """((3,) center, reverse) for triangles by their middles, normals on the mirroring side (T, 3) and area (T,)."""
+def best_center(corners: np.ndarray, normal: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, bool]:
+    """((3,) center, reverse) for triangles by their corners (T, 3, 3), normals on the mirroring side (T, 3) and area (T,)."""
     step = -(-len(area) // SAMPLES)
     order = np.argsort(-area, kind="stable")[::step]
-    p, n, w = middle[order], normal[order], area[order] / area[order].sum()
-    size = float(np.linalg.norm(np.ptp(p, axis=0))) / 2 or float(np.sqrt(area.sum())) or 1.0
+    p, n = corners[order].reshape(-1, 3), np.repeat(normal[order], 3, 0)
+    w = np.repeat(area[order], 3) / (3 * area[order].sum())
+    size = float(np.linalg.norm(np.ptp(p, axis=0))) / 2
     mean = w @ p
     look = w @ n
     long = np.linalg.norm(look)

@@ -120,7 +120,7 @@ def _stars(surface: Surface, region: np.ndarray, most: int, share: float) -> lis
         area = surface.area[part]
         if area.sum() < crumb and done:
             break
-        center, reverse = best_center(middle[part], surface.normal[part], area)
+        center, reverse = best_center(surface.corners[part], surface.normal[part], area)
         size = _half_diagonal(surface.corners[part])
         good = seen(center, reverse, middle[part], surface.normal[part], size) > GRAZING
         star = part[good]
