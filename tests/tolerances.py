@@ -198,7 +198,7 @@ LIGHT_FIELD_FLICKER = 2.0
 # Reflector parts (issue 5). A point of the surface is given back when the ray to it from a part's centre ends within this share of
 # the reflector's size (rounding ends at 1e-9; 1e-3 is a neighbour across a fold) and the normal there is this near, radians.
 PART_PLACE, PART_NORMAL = 1e-3, np.radians(1)
-# ... and share of random surface points that are: the issue's 0.99 and, for meshes with folds that 16 points do not see, 0.95.
+# ... and share of random surface points that are: the issue's 0.99 and, 0.95 for meshes with folds that no 16 points see all of.
 PART_COVER = {"formula": 0.99, "model": 0.95}
 # Share of area whose kind is the formula's: what is left are triangles across the border between kinds, and poles.
 KIND_SHARE = 0.97

@@ -15,6 +15,7 @@ maps. Thin things seen end on are cut often. What `most` parts do not hold is le
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 import numpy as np
 
@@ -109,13 +110,18 @@ def _stars(surface: Surface, region: np.ndarray, most: int, share: float) -> lis
     """At most `most`: regions, largest first, cut until a centre sees this share of them."""
     middle = surface.corners.mean(1)
     order = np.argsort(region, kind="stable")
-    queue = [(part, 0) for part in np.split(order, np.flatnonzero(np.diff(region[order])) + 1)]
+    queue: list[tuple[float, int, np.ndarray, int]] = []  # (-area, its first triangle, triangles, cuts so far)
+
+    def put(parts: list[np.ndarray], cuts: int) -> None:
+        for part in parts:
+            heappush(queue, (-surface.area[part].sum(), part[0], part, cuts))
+
+    put(np.split(order, np.flatnonzero(np.diff(region[order])) + 1), 0)
     done: list[_Star] = []
     crumb = CRUMB * surface.area.sum()
     tries = 0
     while queue and len(done) < most and tries < 8 * most:
-        at = max(range(len(queue)), key=lambda k: surface.area[queue[k][0]].sum())
-        part, cuts = queue.pop(at)
+        _, _, part, cuts = heappop(queue)
         tries += 1
         area = surface.area[part]
         if area.sum() < crumb and done:
@@ -130,14 +136,14 @@ def _stars(surface: Surface, region: np.ndarray, most: int, share: float) -> lis
             star = star[met == np.arange(len(star))]
             may_cut &= surface.area[star].sum() < share * area.sum()
         if may_cut:
-            queue += [(half, cuts + 1) for half in _halves(middle[part], surface.normal[part], area, part)]
+            put(_halves(middle[part], surface.normal[part], area, part), cuts + 1)
         if may_cut or not len(star):
             continue
         done.append(_Star(star, center, reverse))
         rest = np.setdiff1d(part, star)
         if len(rest):
             label = components(len(surface.area), surface.pairs[np.isin(surface.pairs, rest).all(1)])[rest]
-            queue += [(rest[label == k], cuts) for k in np.unique(label)[:64]]
+            put([rest[label == k] for k in np.unique(label)[:64]], cuts)
     return done
 
 

@@ -156,8 +156,8 @@ def odd_meshes():
     low, high = np.where(k == 19, after + 20, after), np.where(k == 19, after, after + 20)
     yield "one side", (np.concatenate([out - lean, out + lean]), np.concatenate([np.stack([k, low, high], -1), np.stack([k, high, k + 20], -1)]))
     yield "soup", (rng.normal(size=(900, 3)), np.arange(900).reshape(-1, 3))
-    sheets = np.concatenate([one[0] * 5 + [0, 0, z] for z in np.linspace(0, 1, 400)])
-    yield "sheets", (sheets, np.arange(1200).reshape(-1, 3))
+    sheets = np.concatenate([one[0] * 5 + [0, 0, z] for z in np.linspace(0, 1, 150)])
+    yield "sheets", (sheets, np.arange(450).reshape(-1, 3))
     wild = rng.normal(size=(60, 3))
     wild[5], wild[9, 1] = np.nan, np.inf
     yield "not numbers", (wild, rng.integers(0, 60, (100, 3)))
