@@ -39,7 +39,7 @@ def finer(
 def finer_part(part: Part, times: int) -> Part:
     """The part of the mesh that finer(..., times) made of the part's."""
     pieces = part.triangles[:, None] * times**2 + np.arange(times**2)
-    return replace(part, triangles=pieces.reshape(-1))
+    return replace(part, triangles=pieces.reshape(-1), own=np.repeat(part.own, times**2))
 
 
 def _lattice(times: int) -> tuple[np.ndarray, np.ndarray]:

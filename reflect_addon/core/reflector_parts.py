@@ -7,8 +7,8 @@ Idea. Regions between creases and changes of curvature's sign (reflector_regions
 centre sees once each (reflector_stars.py). This is done with finer and coarser regions, with and without kinds and creases,
 and the cheapest stars are the parts, by what a search in them and what is left out cost.
 So a torus becomes its outer half and sectors of its inner half, a bowl its inside, rim and outside.
-Limits. A part of mixed kind is called a saddle: search it from several seeds. Parts meet without overlap: continue their
-maps. Thin things seen end on are cut often. What `most` parts do not hold is left out: left_out() says how much.
+Limits. A part of mixed kind is called a saddle: search it from several seeds. Beyond its fringe a part's map is to be
+continued. Thin things seen end on are cut often. What `most` parts do not hold is left out: left_out() says how much.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from .part_surface import surface_of_part
 from .reflector_curvature import CONCAVE, CONVEX, FLAT, SADDLE, kinds_of
 from .reflector_regions import regions_of
 from .reflector_seeds import lies_behind, seeds_among
-from .reflector_stars import Star, filled, half_diagonal, stars_of
+from .reflector_stars import Star, filled, fringe_of, half_diagonal, stars_of
 from .reflector_topology import Surface, surface_of
 
 # (share of area below which regions are merged, whether kinds separate, whether creases do, share that must be seen).
@@ -44,11 +44,13 @@ WHOLLY = 0.99
 
 @dataclass(frozen=True)
 class Part:
-    """Triangles of a reflector that its centre sees once each."""
+    """Triangles of a reflector that its centre sees once each, and a fringe of those around them, for a search to pass over
+    their border on true ground."""
 
     triangles: np.ndarray  # (T,) int64 into the mesh's, ascending
+    own: np.ndarray  # (T,) bool: no fringe; each triangle is some part's own, or no part's
     center: np.ndarray  # (3,) float64 world
-    size: float  # m, half the diagonal of the part's bounding box
+    size: float  # m, half the diagonal of its own triangles' bounding box
     kind: str  # 'flat' | 'convex' | 'concave' | 'saddle' (both, or of several kinds), seen from the mirroring side
     reverse: bool  # the mirroring side faces the centre
     two_sided: bool  # the surface is open there: its other side mirrors too, normals negated, convex and concave swapped
@@ -128,8 +130,10 @@ def _part(surface: Surface, kind: np.ndarray, star: Star) -> Part:
     two_sided = bool(surface.two_sided[star.triangles].any())
     corners, area = surface.corners[star.triangles], surface.area[star.triangles]
     count = SEEDS["concave" if word == "convex" and (two_sided or pure < WHOLLY) else word]
+    both = np.sort(np.concatenate([star.triangles, fringe_of(surface, star)]))
     return Part(
-        np.sort(surface.index[star.triangles]),
+        surface.index[both],
+        np.isin(both, star.triangles),
         surface.middle + surface.size * star.center,
         surface.size * half_diagonal(corners),
         word,

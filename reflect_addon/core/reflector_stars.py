@@ -20,6 +20,8 @@ from .reflector_topology import Surface, components
 CUTS, CRUMB = 5, 5e-4
 # A leftover, or what a star below this share of the surface holds, is seen by a star beside it at this q already.
 SMALL, BARELY = 0.01, 0.03
+# A fringe is about this share of its star's half diagonal wide, and no more rings of triangles.
+FRINGE, MOST_RINGS = 0.05, 12
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,30 @@ def filled(surface: Surface, stars: list[Star], is_worth: Callable[[Star], bool]
         free[star.triangles] = False
         out.append(star)
     return out
+
+
+def fringe_of(surface: Surface, star: Star) -> np.ndarray:
+    """Triangles around the star, over smooth edges, that its centre sees once each as well and that hide none of it."""
+    middle, own = surface.corners.mean(1), np.zeros(len(surface.area), bool)
+    own[star.triangles] = True
+    size = half_diagonal(surface.corners[own])
+    may = seen(star.center, star.reverse, middle, surface.normal, size) > GRAZING
+    pairs = surface.pairs[~surface.crease]
+    rings = int(np.clip(FRINGE * size / np.sqrt(surface.area[own].mean()), 1, MOST_RINGS))
+    both = own.copy()
+    for _ in range(rings):
+        beside = pairs[both[pairs].any(1)].reshape(-1)
+        both[beside[may[beside]]] = True
+    for _ in range(2):
+        all_of = np.flatnonzero(both)
+        met = triangles_met(star.center, star.reverse, surface.corners[all_of], middle[all_of] - star.center)
+        wrong = met != np.arange(len(all_of))
+        if not wrong.any():
+            return np.flatnonzero(both & ~own)
+        hiding = met[wrong & own[all_of]]
+        both[all_of[wrong]] = both[all_of[hiding[hiding >= 0]]] = False
+        both |= own
+    return np.zeros(0, np.int64)
 
 
 def half_diagonal(corners: np.ndarray) -> float:
