@@ -20,8 +20,10 @@ import numpy as np
 FEW, NOT_SO_FEW, DEEPEST = 8, 20, 11
 # ... and while a level holds no more pairs than this a triangle: stacks of sheets would fill every cell at every level.
 PAIRS = 24
+# A triangle is met up to this barycentric weight beyond its edges: vertices at one place may differ by rounding.
+EDGE = 1e-9
 # Cells are this much wider than they are, in half faces: what lies on an edge of two is in both.
-SLACK = 1e-9
+SLACK = 1e-8
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def _first(tree: _Tree, sides, volume, d, nearest: bool) -> tuple[np.ndarray, np
         a, b, c = weight.T
         total = a + b + c
         at = volume[triangle] / np.where(total > 0, total, np.inf)
-        better = (a >= 0) & (b >= 0) & (c >= 0) & (total > 0) & ((at < distance[:rays]) if nearest else (at > distance[:rays]))
+        better = (np.minimum(np.minimum(a, b), c) >= -EDGE * total) & (total > 0) & ((at < distance[:rays]) if nearest else (at > distance[:rays]))
         met[:rays][better], distance[:rays][better] = triangle[better], at[better]
     back = np.empty_like(order)
     back[order] = np.arange(len(order))

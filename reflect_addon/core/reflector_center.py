@@ -4,7 +4,8 @@ A region is star-shaped about c where its normals all look away from c (or all a
 normals best, least squares in (c, r) of n.(p - c) = r, gives such a point at once for spheres, tubes, caps and tori; for
 planes and shallow caps it is undetermined or far away, where the region would be a speck of the map: points half a size
 behind or before it are tried as well, and the best is moved on by subgradient steps. Best is where most area is seen well:
-q = n.(p - c) / sqrt(|p - c|^2 + (size / 4)^2), which also falls when c comes close to the surface.
+q = n.(p - c) / sqrt(|p - c|^2 + (size / 4)^2), which also falls when c comes close to the surface, less
+what distance costs.
 Limits. Whether two spots lie in one direction is not asked here: part_surface.triangles_met tells.
 """
 
@@ -14,23 +15,26 @@ import numpy as np
 GRAZING = 0.1
 # Enough q: more is no gain.
 ENOUGH = 0.4
+# What seeing a region from farther than half its diagonal costs, for each such length: it fills less of the map.
+FAR = 0.2
 # Steps towards more, and so many triangles are looked at while searching.
-STEPS, SAMPLES = 16, 2000
+STEPS, SAMPLES = 16, 800
 
 
-def seen(center: np.ndarray, reverse: bool, middle: np.ndarray, normal: np.ndarray, size: float) -> np.ndarray:
-    """(T,) q of triangles with these middles and normals (T, 3), from center (3,); size: half the region's diagonal."""
-    away = middle - center
+def seen(center: np.ndarray, reverse: bool, points: np.ndarray, normal: np.ndarray, size: float) -> np.ndarray:
+    """(T,) q of points with these normals (T, 3), from center (3,); size: half the region's diagonal."""
+    away = points - center
     q = np.einsum("ij,ij->i", away, normal) / np.sqrt(np.einsum("ij,ij->i", away, away) + size * size / 16)
     return -q if reverse else q
 
 
-def best_center(middle: np.ndarray, normal: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, bool]:
-    """((3,) center, reverse) for triangles by their middles, normals on the mirroring side (T, 3) and area (T,)."""
+def best_center(corners: np.ndarray, normal: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, bool]:
+    """((3,) center, reverse) for triangles by their corners (T, 3, 3), normals on the mirroring side (T, 3) and area (T,)."""
     step = -(-len(area) // SAMPLES)
     order = np.argsort(-area, kind="stable")[::step]
-    p, n, w = middle[order], normal[order], area[order] / area[order].sum()
-    size = float(np.linalg.norm(np.ptp(p, axis=0))) / 2 or float(np.sqrt(area.sum())) or 1.0
+    p, n = corners[order].reshape(-1, 3), np.repeat(normal[order], 3, 0)
+    w = np.repeat(area[order], 3) / (3 * area[order].sum())
+    size = float(np.linalg.norm(np.ptp(p, axis=0))) / 2
     mean = w @ p
     look = w @ n
     long = np.linalg.norm(look)
@@ -53,7 +57,8 @@ def _sphere(p, n, w, mean, size) -> np.ndarray:
 
 def _rate(center, reverse, p, n, w, size) -> float:
     q = seen(center, reverse, p, n, size)
-    return float(w @ (q > GRAZING) + 0.5 * (w @ q.clip(GRAZING, ENOUGH)))
+    far = w @ np.linalg.norm(p - center, axis=-1) / size
+    return float(w @ (q > GRAZING) + 0.5 * (w @ q.clip(GRAZING, ENOUGH)) - FAR * max(0.0, far - 1.0))
 
 
 def _improved(center, reverse, p, n, w, size) -> tuple[float, np.ndarray, bool]:

@@ -76,6 +76,8 @@ def surface_of(positions: np.ndarray, triangles: np.ndarray, corner_normals: np.
     keep = keep[np.linalg.norm(cross[keep], axis=-1) > 2 * NO_AREA]
     keep = keep[np.unique(np.sort(place[triangles[keep]], 1), axis=0, return_index=True)[1]]
     keep.sort()
+    if not len(keep):
+        return _nothing(middle, size)
     corners, cross, place = corners[keep], cross[keep], place.reshape(-1)[triangles[keep]]
     area = np.linalg.norm(cross, axis=-1) / 2
     normal = cross / (2 * area[:, None])
@@ -89,6 +91,14 @@ def surface_of(positions: np.ndarray, triangles: np.ndarray, corner_normals: np.
     wall = _walls(normal, shading, area, pairs)
     crease = _creases(normal, shading, wall, pairs, ends)
     return Surface(keep, corners, shading, normal, area, place, pairs, length, crease, wall, two_sided, middle, size)
+
+
+def _nothing(middle: np.ndarray, size: float) -> Surface:
+    three, flags = np.zeros((0, 3, 3)), np.zeros(0, bool)
+    whole, pairs = np.zeros((0, 3), np.int64), np.zeros((0, 2), np.int64)
+    return Surface(
+        pairs[:, 0], three, three, three[:, 0], three[:, 0, 0], whole, pairs, three[:, 0, 0], flags, flags, flags, middle, size
+    )  # fmt: skip
 
 
 def _shading(given: np.ndarray, normal: np.ndarray) -> np.ndarray:
