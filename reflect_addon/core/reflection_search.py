@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from . import virtual_status as status
 from .reflector_map import look
 
-INPUTS = {"observer": "vec4", "vertex": "vec4", "start": "vec4", "block": "vec4"}
+INPUTS = {"observer": "vec4", "vertex": "vec4", "start": "vec4", "block": "vec4", "ball": "vec4", "cone": "vec4"}
 # Sine of the angle between bisector and normal at which a search ends: a few roundings of float32 ...
 TOLERANCE = 2e-6
 # ... and up to which its last point counts as found: a thousandth of a pixel on a reflector a thousand pixels wide.
@@ -28,6 +28,8 @@ ACCEPTED = 1e-4
 LONGEST, NEAREST = 0.6, 1e-7
 # Where an orthographic camera's eye is taken to be, in sizes; look-ups for the lowest place of a line of sight.
 FAR_EYE, DEEPEST = 1e4, 12
+# After so many look-ups a squared residual above this does not come down any more: there is no such point on this part.
+PATIENCE, HOPELESS = 10.0, 0.05
 # A step is cut to this share when it made things worse; damping of the normal equations, of their largest number.
 CUT, DAMPING = 0.3, 1e-7
 
@@ -44,8 +46,51 @@ class _There:
     per_vertex: object
 
 
-def newton(k, scope, observer, vertex, start, block):
+def newton(k, scope, observer, vertex, start, block, ball, cone):
     """Kernel of the second-order search. See _answer for what it returns; options: steps, tolerance."""
+    names = ("point", "normal", "virtual", "direction", "status", "evaluations")
+
+    def searched():
+        found = _newton(k, scope, observer, vertex, start, block)
+        return tuple(found[name] for name in names)
+
+    nothing = (k.vec4(0.0, 0.0, 0.0, 2.0), k.vec3(0.0), vertex, k.vec3(0.0), status.FAILED, 0.0)
+    return dict(zip(names, k.branch(_may_reflect(k, observer, vertex, block, ball, cone), searched, lambda: nothing), strict=True))
+
+
+def _may_reflect(k, observer, vertex, block, ball, cone):
+    """Whether a part may have the vertex's reflection point or hide it. ball: its middle and radius; cone: the axis of its normals and
+    the cosine of how far they turn from it, both in map space.
+
+    As seen from the middle the bisector has one direction; over the part it turns with the directions to eye and vertex, which turn by
+    the ball's angular radius as seen from there."""
+    axis = cone.xyz * block.w
+
+    def towards(p):
+        to = p.xyz - ball.xyz * p.w
+        distance = k.length(to)
+        sine = k.select(p.w > 0.5, k.min(ball.w / k.max(distance, NEAREST), 1.0), 0.0)
+        return to / k.max(distance, NEAREST), sine
+
+    eye, eye_sine = towards(observer)
+    away, vertex_sine = towards(vertex)
+    total = eye + away
+    long = k.length(total)
+    cosine = k.dot(total, axis) / k.max(long, 1e-6)
+    # The bisector turns by what both directions turn, over the length of their sum.
+    turn = k.min(1.1 * (eye_sine + vertex_sine) / k.max(long, 1e-3), 2.0)
+    between = cosine * cone.w + k.sqrt(1.0 - cosine * cosine) * k.sqrt(1.0 - cone.w * cone.w)
+    inside = (cosine >= cone.w) | (between >= 1.0 - 0.5 * turn * turn)
+    near = (eye_sine > 0.7) | (vertex_sine > 0.7)
+    toward, reach = _sight(k, observer, vertex)
+    to_ball = ball.xyz - vertex.xyz
+    along = k.clamp(k.dot(to_ball, toward), 0.0, reach)
+    missed = to_ball - toward * along
+    on_sight = (vertex.w > 0.5) & (k.dot(missed, missed) <= ball.w * ball.w)
+    return k.name("may_reflect", inside | near | on_sight | (cone.w < -0.5))
+
+
+def _newton(k, scope, observer, vertex, start, block):
     begin = _start(k, observer, vertex, start)
     toward, reach = _sight(k, observer, vertex)
     # Where the line of sight comes nearest to the centre; below the surface there, the vertex is behind it.
@@ -93,7 +138,8 @@ def _descend(k, scope, observer, vertex, block, begin):
             k.select(better, wanted, move), k.select(better, 1.0, share * CUT), count + 1.0,
             k.select(better, k.dot(here.eye, here.normal), eye_side), k.select(better, k.dot(here.vertex, here.normal), vertex_side),
         )  # fmt: skip
-        return state, (state[2] <= tolerance) | (state[4] < 1e-3)
+        hopeless = (count >= PATIENCE) & (state[1] > HOPELESS)
+        return state, (state[2] <= tolerance) | (state[4] < 1e-3) | hopeless
 
     best, _, residual, _, _, count, eye_side, vertex_side = k.loop(
         scope.options["steps"], (begin, 1e9, 2.0, k.vec3(0.0), 1.0, 0.0, -1.0, -1.0), step
@@ -181,7 +227,7 @@ def _residual(k, here: _There):
     return bisector - here.normal, *slopes, sine
 
 
-def midpoint(k, scope, observer, vertex, start, block):
+def midpoint(k, scope, observer, vertex, start, block, ball, cone):
     """Kernel of the paper's search (4.3), two map evaluations a step. Hidden vertices: its inverse search (6.1)."""
     begin = _start(k, observer, vertex, start)
     first = _follow(k, scope, observer, vertex, begin, block, False)

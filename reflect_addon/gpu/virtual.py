@@ -103,7 +103,7 @@ class Projector:
                         held.places = self._places
                         held.space = map_space(part.center, part.size, _baked(asset), reflectors[index].world_from_object)
                         place(held.found, held.space.from_objects(self._places), self.counts)
-                    self._search(asset).run(scene, held.found, held.space.observer(camera), (*part.block, side), seed, vertices)
+                    self._search(asset).run(scene, held.found, held.space.observer(camera), part, side, seed, vertices)
                     self._show(camera, index, held, rays, target, asset, bounds, triangles)
 
     def _show(self, camera: Camera, index: int, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):

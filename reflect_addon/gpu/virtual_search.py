@@ -19,7 +19,7 @@ from .virtual_scene import COLUMNS, VirtualScene, image
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
 _WANTED = ("virtual", "direction", "status")
-_ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block"}
+_ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block", "ball": "ball", "cone": "cone"}
 
 
 @dataclass
@@ -49,7 +49,7 @@ class Search:
                 name="reflect_virtual_search",
                 compute="virtual_search.comp.glsl",
                 group=(64, 1, 1),
-                uniforms=(("VEC4", "observer"), ("VEC4", "seed"), ("VEC4", "block"), ("VEC2", "range")),
+                uniforms=(*(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone")), ("VEC2", "range")),
                 samplers=(("FLOAT_2D", "vertices_buf"), ("FLOAT_2D", "placing_buf"), *(("FLOAT_2D", s) for s in self._images)),
                 images=(
                     ("RGBA32F", "FLOAT_2D", "start_img", "READ_WRITE"), ("RGBA32F", "FLOAT_2D", "virtual_img", "WRITE"),
@@ -61,11 +61,11 @@ class Search:
             counts,
         )  # fmt: skip
 
-    def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, block, seed, ranges):
-        """The vertices in `ranges`, each (first, count); nothing is read back."""
+    def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, part, side: float, seed, ranges):
+        """The vertices in `ranges` for a part (virtual_objects.TablePart) and one of its sides and seeds; each range is (first, count). Nothing is read back."""
         shader = self.program
         shader.bind()
-        for name, value in (("observer", observer), ("seed", (*seed, 1.0)), ("block", block)):
+        for name, value in (("observer", observer), ("seed", (*seed, 1.0)), ("block", (*part.block, side)), ("ball", part.ball), ("cone", part.cone)):
             shader.set(name, value)
         shader.image("vertices_buf", scene.vertices_buf)
         shader.image("placing_buf", found.placing)

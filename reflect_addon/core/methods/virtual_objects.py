@@ -47,9 +47,10 @@ SETTINGS = {
                       "what lies between vertices is interpolated", advanced=True),
 }  # fmt: skip
 DEFAULTS = {"map_texels": 256, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True}
-# Columns of the table of parts: the map's block and the kind; centre and size; then starting directions.
-PLACE, CENTER, SEEDS = 0, 1, 2
-MOST_SEEDS = 4
+# Columns of the table of parts: the map's block and whether both sides mirror; centre and size; the ball around the part, in map
+# space; the axis of its normals and the cosine of the farthest; then starting directions.
+PLACE, CENTER, BALL, CONE, SEEDS = 0, 1, 2, 3, 4
+MOST_SEEDS = 3
 # Triangles whose planes are looked at, and how far before one, in sizes, a convex surface's own rounding may lie.
 PLANES, BULGE = 512, 1e-4
 
@@ -61,6 +62,8 @@ class TablePart:
     block: tuple[float, float, float]  # x, y, side of its map in the atlas, texels
     center: np.ndarray  # (3,) float64, world at the bake, m
     size: float  # m
+    ball: np.ndarray  # (4,) map space: middle and radius of the part
+    cone: np.ndarray  # (4,) axis of its normals and cosine of the farthest from it
     seeds: np.ndarray  # (S, 3) directions from which searches start: one for each reflection point that there may be
     sides: tuple[float, ...]  # 1 and, of a sheet, -1: which of its sides mirror
 
@@ -82,6 +85,7 @@ def bake(job: BakeJob) -> Asset:
     for row, part, block in zip(rows, found, blocks, strict=True):
         row[PLACE] = *block, float(part.two_sided)
         row[CENTER] = *part.center, part.size
+        row[BALL], row[CONE] = _around(part, positions, triangles, normals)
         seeds = np.asarray(part.seeds)[:MOST_SEEDS]
         row[SEEDS : SEEDS + len(seeds), :3], row[SEEDS : SEEDS + len(seeds), 3] = seeds, 1.0
     return Asset(
@@ -109,6 +113,21 @@ def _mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, n
         normals = -normals
     length = np.linalg.norm(normals, axis=-1, keepdims=True)
     return scene.world_positions(reflector), mesh.triangles[chosen], normals / np.where(length > 0, length, 1.0)
+
+
+def _around(part, positions, triangles, normals) -> tuple[np.ndarray, np.ndarray]:
+    """(ball, cone) of TablePart."""
+    own = part.triangles[part.own]
+    corners = (positions[triangles[own]].reshape(-1, 3) - part.center) / part.size
+    middle = (corners.min(0) + corners.max(0)) / 2
+    # The side that mirrors is the one that faces the centre, or the other.
+    turned = normals[own].reshape(-1, 3)
+    outside = np.einsum("nc,nc->n", turned, corners) > 0
+    turned = np.where((outside == part.reverse)[:, None], -turned, turned)
+    mean = turned.mean(0)
+    axis = mean / max(np.linalg.norm(mean), 1e-12)
+    cosine = float((turned @ axis).min())
+    return np.append(middle, np.linalg.norm(corners - middle, axis=1).max()), np.append(axis, max(cosine, -1.0))
 
 
 def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
@@ -151,7 +170,7 @@ def parts_in(asset: Asset) -> tuple[TablePart, ...]:
     return tuple(
         TablePart(
             tuple(map(float, row[PLACE, :3])), row[CENTER, :3].astype(np.float64), float(row[CENTER, 3]),
-            row[SEEDS:][row[SEEDS:, 3] > 0, :3], (1.0, -1.0) if row[PLACE, 3] else (1.0,),
+            row[BALL], row[CONE], row[SEEDS:][row[SEEDS:, 3] > 0, :3], (1.0, -1.0) if row[PLACE, 3] else (1.0,),
         )
         for row in rows
     )  # fmt: skip
