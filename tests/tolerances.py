@@ -201,6 +201,8 @@ VIRTUAL_FALSE = 0.005
 VIRTUAL_PLACE = 1e-4
 # ... and interpolated between vertices that are a tenth of a radian apart.
 VIRTUAL_BETWEEN = 5e-3
+# ... searches around a ball that find nothing: vertices at its silhouette, within float32.
+VIRTUAL_FAILED = 0.005
 # A mirror in a mirror, RMSE over that of its own light alone: from distance maps of 32 texels a face, without third order.
 VIRTUAL_SECOND_ORDER = 0.3
 

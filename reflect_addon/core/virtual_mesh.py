@@ -8,6 +8,8 @@ is an eighth of a pixel on a mirror 200 pixels wide. So edges are split in halve
 The angle is taken from the nearest point of a reflector's bounding box and never nearer than NEAR of its size: what touches a mirror
 would be split without end. An edge is judged by its end points alone, so neighbours agree and the mesh stays whole.
 Where flat mirrors alone look, straight edges stay straight, and nothing is split for them.
+Triangles that lie together are a chunk, with vertices of its own: what cannot be seen in a part of a reflector is left out by chunks
+(virtual_cull.py).
 Limits. Radiance is interpolated along split edges: it was sampled before. Past MOST triangles no edge is split.
 """
 
@@ -22,6 +24,7 @@ from .surface_asset import SurfaceMesh
 WIDEST = 0.2  # rad
 NEAR = 0.25
 MOST = 1 << 18  # triangles
+CHUNK = 192  # triangles
 LEVELS = 12  # halvings of an edge, at most
 # Corner normals that depart from their triangle's by less than this do not bend anything.
 FLAT = 1e-3
@@ -32,22 +35,16 @@ class VirtualMesh:
     """All instances' surfaces. V vertices, T triangles that wind counter-clockwise as seen."""
 
     positions: np.ndarray  # (V, 3) float32, object space, m
-    instance: np.ndarray  # (V,) int32 into names, ascending
+    instance: np.ndarray  # (V,) int32 into names
     radiance: np.ndarray  # (V, 3) float32, scene-linear
     normal: np.ndarray  # (V, 3) float32, object space, towards the seen side
     share: np.ndarray  # (V,) float32: which vertices mirror (surface_asset.py)
-    triangles: np.ndarray  # (T, 3) int32, by instance
+    triangles: np.ndarray  # (T, 3) int32
     names: tuple[str, ...]  # of the instances
-
-    def without(self, name: str) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-        """(first, count) of the vertices and of the triangles of all instances but the one of this name, in one or two ranges."""
-        own = self.names.index(name) if name in self.names else len(self.names)
-        owners = (self.instance, self.instance[self.triangles[:, 0]] if len(self.triangles) else np.zeros(0, int))
-        found = []
-        for owner in owners:
-            low, high = np.searchsorted(owner, [own, own + 1])
-            found.append([(a, b - a) for a, b in ((0, int(low)), (int(high), len(owner))) if b > a])
-        return found[0], found[1]
+    # (C, 4) int64: of each chunk the first vertex, their count, the first triangle, their count; one after the other
+    chunks: np.ndarray
+    chunk_instance: np.ndarray  # (C,) int64
+    chunk_ball: np.ndarray  # (C, 4) float64: middle and radius, object space
 
 
 @dataclass
@@ -119,12 +116,42 @@ def _angle(ends: np.ndarray, length: np.ndarray, boxes) -> np.ndarray:
 
 
 def _mesh(soup: _Soup, names: tuple[str, ...]) -> VirtualMesh:
-    """Vertices sorted by instance; those that no triangle has are gone."""
-    used, corner = np.unique(soup.sample, return_inverse=True)
-    order = np.argsort(soup.owner[used], kind="stable")
-    rank = np.empty(len(order), int)
-    rank[order] = np.arange(len(order))
-    values, owner = soup.values[used[order]].astype(np.float32), soup.owner[used[order]].astype(np.int32)
-    triangles = rank[corner.reshape(-1, 3)].astype(np.int32)
-    triangles = triangles[np.argsort(owner[triangles[:, 0]], kind="stable")]
-    return VirtualMesh(values[:, :3], owner, values[:, 3:6], values[:, 6:9], values[:, 9], triangles, names)
+    """Triangles sorted into chunks, instance by instance."""
+    count = len(soup.sample)
+    owner = soup.owner[soup.sample[:, 0]] if count else np.zeros(0, int)
+    middle = soup.values[soup.sample, :3].mean(1) if count else np.zeros((0, 3))
+    order = np.lexsort((_along_curve(middle, owner, len(names)), owner))
+    first = np.searchsorted(owner[order], owner[order])  # of the instance's own
+    chunk = np.unique(np.stack([owner[order], (np.arange(count) - first) // CHUNK], -1), axis=0, return_inverse=True)[1].reshape(-1)
+    chunks = int(chunk.max(initial=-1)) + 1
+    # A vertex for each sample in each chunk.
+    sample = soup.sample[order]
+    keys, triangles = np.unique(chunk[:, None] * (len(soup.values) + 1) + sample, return_inverse=True)
+    chunk_of, sample_of = np.divmod(keys, len(soup.values) + 1)
+    values, triangles = soup.values[sample_of].astype(np.float32), triangles.reshape(-1, 3).astype(np.int32)
+    numbers = np.arange(chunks)
+    low, high = np.searchsorted(chunk_of, [numbers, numbers + 1])
+    low_triangle, high_triangle = np.searchsorted(chunk, [numbers, numbers + 1])
+    balls = np.zeros((chunks, 4))
+    for number in range(chunks):
+        own = values[low[number] : high[number], :3].astype(np.float64)
+        balls[number, :3] = (own.min(0) + own.max(0)) / 2
+        balls[number, 3] = np.linalg.norm(own - balls[number, :3], axis=1).max()
+    return VirtualMesh(
+        values[:, :3], soup.owner[sample_of].astype(np.int32), values[:, 3:6], values[:, 6:9], values[:, 9], triangles, names,
+        np.stack([low, high - low, low_triangle, high_triangle - low_triangle], -1), owner[order][low_triangle] if chunks else owner, balls,
+    )  # fmt: skip
+
+
+def _along_curve(middle: np.ndarray, owner: np.ndarray, owners: int) -> np.ndarray:
+    """(T,) place along a Z curve through each owner's box: what is near on it is near."""
+    low, high = np.full((owners, 3), np.inf), np.full((owners, 3), -np.inf)
+    np.minimum.at(low, owner, middle)
+    np.maximum.at(high, owner, middle)
+    size = np.maximum((high - low).max(1, initial=0), 1e-30) if owners else np.zeros(0)
+    steps = ((middle - low[owner]) / size[owner, None] * 1023).astype(np.int64).clip(0, 1023)
+    code = np.zeros(len(middle), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            code |= (steps[:, axis] >> bit & 1) << (3 * bit + axis)
+    return code

@@ -112,10 +112,10 @@ class GpuBackend(_Backend):
         found = Answer(frame.radiance[mask], frame.coverage[mask], frame.position[mask], frame.status[mask])
         drawn, sky = found.status == STATUS_HIT, np.abs(found.position).max(-1, initial=0) > FAR / 2
         shares = (100 * part.mean() for part in (drawn, sky & ~drawn, ~sky & ~drawn))
-        vertices = ", ".join(f"{share:.1%} {name}" for name, share in self._renderer.virtual_statuses().items())
+        searches = ", ".join(f"{count:,} {name}" for name, count in self._renderer.virtual_statuses(self.camera).items())
         self.notes = (
             "Of the pixels {:.1f} % show virtual objects, {:.1f} % the sky, {:.1f} % fell back on distance maps.".format(*shares),
-            f"Of the virtual vertices: {vertices}.",
+            f"Searches: {searches or 'none'}.",
         )
         return found
 

@@ -334,9 +334,12 @@ class Renderer:
             + sum(t.bytes for t in targets if t is not None)
         )
 
-    def virtual_statuses(self) -> dict[str, float]:
-        """Of the virtual vertices that were drawn last; see gpu/virtual.py."""
-        return self._projector.statuses()
+    def virtual_statuses(self, camera: Camera) -> dict[str, int]:
+        """Searches of a frame by how they ended (core/virtual_status.py); what reflectors cannot show is not searched."""
+        self._projector.tally = {}
+        self.answer(camera, positions=False)
+        found, self._projector.tally = self._projector.tally, None
+        return found
 
     def shader_source(self, asset: Asset, positions: bool = False) -> str:
         """The emitted kernel of an asset as this renderer compiles it."""

@@ -6,7 +6,6 @@ order along the reflected rays. With the option `finish` each fragment asks its 
 """
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
@@ -18,14 +17,15 @@ from ..core.methods import virtual_objects
 from ..core.remake import REFLECTOR
 from ..core.snapshot import Instance, SceneSnapshot
 from ..core.surface_asset import meshes_of
+from ..core.virtual_cull import may_show, runs
 from ..core.virtual_mesh import virtual_mesh
 from .counts import Counts
 from .device import ensure
 from .targets import ReflectionTarget
-from .upload import read_texture
+from .upload import read_texture, texture_bytes
 from .virtual_draw import Drawing, Mirrors, frame_of
-from .virtual_scene import VirtualScene
-from .virtual_search import Found, Search, found_for, place
+from .virtual_scene import VirtualScene, image
+from .virtual_search import Found, Search, place
 
 @dataclass
 class _Part:
@@ -34,6 +34,7 @@ class _Part:
     found: Found
     places: np.ndarray | None = None  # the scene's, for which `space` and the placing in `found` are
     space: MapSpace | None = None
+    balls: np.ndarray | None = None  # (C, 4): around the chunks, in that space
     frame: object = None  # uniform buffer
 
 
@@ -43,11 +44,12 @@ class Projector:
     def __init__(self, counts: Counts, textures):
         self.counts, self._textures = counts, textures
         self._scene: VirtualScene | None = None
+        self.tally: dict[str, int] | None = None  # status -> searches that ended so, while somebody counts
         self._made_of: tuple = ()
         self._mirrors: Mirrors | None = None
         self._searches: dict[int, tuple[Asset, Search]] = {}
         self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
-        self._parts: dict[tuple[str, int, int], _Part] = {}
+        self._parts: dict[tuple[str, int], _Part] = {}
 
     def update(self, snapshot: SceneSnapshot, assets, surfaces: Asset | None):
         """Take another snapshot. Meshes are made again when one has another shape; what only moved is placed elsewhere."""
@@ -95,15 +97,20 @@ class Projector:
         reflectors = self._snapshot.reflectors()
         for index in chosen:
             own = "" if asset.options["sees_itself"] else reflectors[index].name
-            vertices, triangles = scene.without(own)
             for number, part in enumerate(virtual_objects.parts_in(asset)):
-                for copy, (side, seed) in enumerate(product(part.sides, part.seeds)):
-                    held = self._part(reflectors[index], number, copy)
-                    if held.places is not self._places:
-                        held.places = self._places
-                        held.space = map_space(part.center, part.size, _baked(asset), reflectors[index].world_from_object)
-                        place(held.found, held.space.from_objects(self._places), self.counts)
-                    self._search(asset).run(scene, held.found, held.space.observer(camera), part, side, seed, vertices)
+                held = self._part(reflectors[index], number)
+                if held.places is not self._places:
+                    held.places = self._places
+                    held.space = map_space(part.center, part.size, _baked(asset), reflectors[index].world_from_object)
+                    place(held.found, held.space.from_objects(self._places), self.counts)
+                    held.balls = scene.balls(held.space, self._places)
+                observer = held.space.observer(camera)
+                shown = may_show(part.ball, part.cone, part.block[3], observer, held.balls) & scene.others(own)
+                vertices, triangles = runs(shown, scene.mesh.chunks)
+                if triangles:
+                    self._search(asset).run(scene, held.found, observer, part, vertices)
+                    if self.tally is not None:
+                        self._count(vertices)
                     self._show(camera, index, held, rays, target, asset, bounds, triangles)
 
     def _show(self, camera: Camera, index: int, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):
@@ -120,17 +127,16 @@ class Projector:
             self._search(asset)
             self._drawing(asset, beside)
 
-    def statuses(self) -> dict[str, float]:
-        """Share of the vertices of all parts that were searched, by what was said of them last (core/virtual_status.py)."""
-        count = len(self.scene.mesh.positions) if self.scene else 0
-        found = [read_texture(p.found.virtual, self.counts)[..., 3].ravel()[:count] for p in self._parts.values()]
-        values = np.concatenate(found) if found else np.zeros(0)
-        values = values[values > 0]
-        return {name: float((values == status).mean()) if len(values) else 0.0 for status, name in virtual_status.NAMES.items()}
+    def _count(self, ranges):
+        """Adds what the searches just said of the vertices in `ranges` to the tally."""
+        said = read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel()
+        said = np.concatenate([said[first : first + count] for first, count in ranges])
+        for status, name in virtual_status.NAMES.items():
+            self.tally[name] = self.tally.get(name, 0) + int((said == status).sum())
 
     def bytes(self) -> int:
         """Memory on the GPU besides the assets' own."""
-        held = sum(part.found.bytes for part in self._parts.values())
+        held = sum(texture_bytes(part.found.start) for part in self._parts.values())
         return held + (self._scene.bytes if self._scene else 0)
 
     def free(self):
@@ -147,10 +153,11 @@ class Projector:
             self._drawings[key] = (asset, Drawing(asset, beside, self._mirrors, self._textures, self.counts))
         return self._drawings[key][1]
 
-    def _part(self, reflector: Instance, number: int, copy: int) -> _Part:
-        key = (reflector.name, number, copy)
+    def _part(self, reflector: Instance, number: int) -> _Part:
+        key = (reflector.name, number)
         if key not in self._parts:
-            self._parts[key] = _Part(found_for(self.scene, self.counts))
+            start = image(len(self.scene.mesh.positions), "RGBA16F", self.counts)
+            self._parts[key] = _Part(Found(self.scene.virtual_img, self.scene.place_img, start))
         return self._parts[key]
 
 

@@ -13,9 +13,9 @@ from ..core.kernel import GlslKernel, emit_glsl, record_function
 from .compute import ComputeInfo
 from .counts import Counts
 from .program import call_text, program
-from .upload import texture_bytes, texture_from
+from .upload import texture_from
 from .virtual_draw import STATUSES, TABLES
-from .virtual_scene import COLUMNS, VirtualScene, image
+from .virtual_scene import COLUMNS, VirtualScene
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
 _WANTED = ("virtual", "direction", "status")
@@ -24,17 +24,13 @@ _ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "st
 
 @dataclass
 class Found:
-    """What the searches of one part have found: vertices in map space, w = status; where the real ones are; and their starts."""
+    """What the searches of one piece have found."""
 
-    virtual: object
-    place: object
-    start: object
+    virtual: object  # vertices in map space, w = status; shared, and so the last piece's
+    place: object  # where the real ones are; shared too
+    start: object  # directions from which the next frame's searches start
     placing: object = None  # the texture of `rows`
     rows: np.ndarray | None = None
-
-    @property
-    def bytes(self) -> int:
-        return sum(texture_bytes(t) for t in (self.virtual, self.place, self.start))
 
 
 class Search:
@@ -52,7 +48,7 @@ class Search:
                 uniforms=(*(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone")), ("VEC2", "range")),
                 samplers=(("FLOAT_2D", "vertices_buf"), ("FLOAT_2D", "placing_buf"), *(("FLOAT_2D", s) for s in self._images)),
                 images=(
-                    ("RGBA32F", "FLOAT_2D", "start_img", "READ_WRITE"), ("RGBA32F", "FLOAT_2D", "virtual_img", "WRITE"),
+                    ("RGBA16F", "FLOAT_2D", "start_img", "READ_WRITE"), ("RGBA32F", "FLOAT_2D", "virtual_img", "WRITE"),
                     ("RGBA32F", "FLOAT_2D", "place_img", "WRITE"),
                 ),
                 generated=(("kernel", kernel.source), ("call", call_text(kernel, _ARGUMENTS, "found_"))),
@@ -61,11 +57,11 @@ class Search:
             counts,
         )  # fmt: skip
 
-    def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, part, side: float, seed, ranges):
+    def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, part, ranges):
         """The vertices in `ranges` for a part (virtual_objects.TablePart) and one of its sides and seeds; each range is (first, count). Nothing is read back."""
         shader = self.program
         shader.bind()
-        for name, value in (("observer", observer), ("seed", (*seed, 1.0)), ("block", (*part.block, side)), ("ball", part.ball), ("cone", part.cone)):
+        for name, value in (("observer", observer), ("seed", part.start), ("block", part.block), ("ball", part.ball), ("cone", part.cone)):
             shader.set(name, value)
         shader.image("vertices_buf", scene.vertices_buf)
         shader.image("placing_buf", found.placing)
@@ -85,11 +81,6 @@ def search_kernel(asset: Asset) -> GlslKernel:
     options = {"steps": int(asset.options["search_steps"]), "tolerance": reflection_search.TOLERANCE}
     program = record_function(kernel, reflection_search.INPUTS, MAPS, options=options, name="reflection_point")
     return emit_glsl(program, _WANTED, "reflection_point")
-
-
-def found_for(scene: VirtualScene, counts: Counts) -> Found:
-    """Room for a part's results."""
-    return Found(*(image(len(scene.mesh.positions), counts) for _ in range(3)))
 
 
 def place(found: Found, rows: np.ndarray, counts: Counts):

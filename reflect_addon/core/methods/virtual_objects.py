@@ -23,6 +23,7 @@ from ..asset import Asset
 from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
+from ..part_pieces import half_angle, pieces_of
 from ..reflector_parts import part_surface, parts_of
 from ..remake import REFLECTOR, is_rigid, motion, part_of
 from ..settings import Setting
@@ -47,25 +48,25 @@ SETTINGS = {
                       "what lies between vertices is interpolated", advanced=True),
 }  # fmt: skip
 DEFAULTS = {"map_texels": 256, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True}
-# Columns of the table of parts: the map's block and whether both sides mirror; centre and size; the ball around the part, in map
-# space; the axis of its normals and the cosine of the farthest; then starting directions.
-PLACE, CENTER, BALL, CONE, SEEDS = 0, 1, 2, 3, 4
-MOST_SEEDS = 3
+# Columns of the table, a row for each piece of a part that is searched by itself: the map's block and which side mirrors; the map's
+# centre and size; the ball around the piece, in map space; the axis of its normals and the cosine of the farthest; where to start.
+PLACE, CENTER, BALL, CONE, START, COLUMNS = range(6)
+# Pieces of a part that is not convex, and of all.
+MOST_PIECES, MOST = 16, 96
 # Triangles whose planes are looked at, and how far before one, in sizes, a convex surface's own rounding may lie.
 PLANES, BULGE = 512, 1e-4
 
 
 @dataclass(frozen=True)
 class TablePart:
-    """A part of a reflector as its asset holds it."""
+    """A piece of a reflector as its asset holds it."""
 
-    block: tuple[float, float, float]  # x, y, side of its map in the atlas, texels
-    center: np.ndarray  # (3,) float64, world at the bake, m
+    block: np.ndarray  # (4,) x, y, side of its map in the atlas, texels; 1 or -1: which side of the surface mirrors
+    center: np.ndarray  # (3,) float64, of the map, world at the bake, m
     size: float  # m
-    ball: np.ndarray  # (4,) map space: middle and radius of the part
-    cone: np.ndarray  # (4,) axis of its normals and cosine of the farthest from it
-    seeds: np.ndarray  # (S, 3) directions from which searches start: one for each reflection point that there may be
-    sides: tuple[float, ...]  # 1 and, of a sheet, -1: which of its sides mirror
+    ball: np.ndarray  # (4,) map space: middle and radius
+    cone: np.ndarray  # (4,) axis of its normals (of side 1) and cosine of the farthest from it
+    start: np.ndarray  # (4,) direction from which searches start, w = 0: wherever they like
 
 
 def bake(job: BakeJob) -> Asset:
@@ -81,13 +82,8 @@ def bake(job: BakeJob) -> Asset:
         reflector_map.build(p.center, p.size, side, part_surface(p, positions, triangles, normals)) for p in found
     ]
     images, blocks = reflector_map.atlas(maps)
-    rows = np.zeros((len(found), SEEDS + MOST_SEEDS, 4), np.float32)
-    for row, part, block in zip(rows, found, blocks, strict=True):
-        row[PLACE] = *block, float(part.two_sided)
-        row[CENTER] = *part.center, part.size
-        row[BALL], row[CONE] = _around(part, positions, triangles, normals)
-        seeds = np.asarray(part.seeds)[:MOST_SEEDS]
-        row[SEEDS : SEEDS + len(seeds), :3], row[SEEDS : SEEDS + len(seeds), 3] = seeds, 1.0
+    rows = [row for part, block in zip(found, blocks, strict=True) for row in _rows(part, block, positions, triangles, normals)]
+    rows = np.array([row for _, row in sorted(rows, key=lambda r: -r[0])[:MOST]], np.float32)
     return Asset(
         NAME,
         job.reflector.name,
@@ -115,19 +111,36 @@ def _mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, n
     return scene.world_positions(reflector), mesh.triangles[chosen], normals / np.where(length > 0, length, 1.0)
 
 
-def _around(part, positions, triangles, normals) -> tuple[np.ndarray, np.ndarray]:
-    """(ball, cone) of TablePart."""
+def _rows(part, block, positions, triangles, normals) -> list[tuple[float, np.ndarray]]:
+    """(area, row of the table) of each piece of a part, on each side that mirrors."""
     own = part.triangles[part.own]
-    corners = (positions[triangles[own]].reshape(-1, 3) - part.center) / part.size
-    middle = (corners.min(0) + corners.max(0)) / 2
-    # The side that mirrors is the one that faces the centre, or the other.
-    turned = normals[own].reshape(-1, 3)
-    outside = np.einsum("nc,nc->n", turned, corners) > 0
-    turned = np.where((outside == part.reverse)[:, None], -turned, turned)
-    mean = turned.mean(0)
-    axis = mean / max(np.linalg.norm(mean), 1e-12)
-    cosine = float((turned @ axis).min())
-    return np.append(middle, np.linalg.norm(corners - middle, axis=1).max()), np.append(axis, max(cosine, -1.0))
+    corners = (positions[triangles[own]] - part.center) / part.size
+    middle = corners.mean(1)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=-1)
+    # The side that mirrors is the one that faces away from the centre, or the other.
+    turned = normals[own]
+    outside = np.einsum("tkc,tkc->t", turned, corners) > 0
+    turned = np.where((outside == part.reverse)[:, None, None], -turned, turned)
+    mean = turned.mean(1)
+    mean /= np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-12)
+    rows = []
+    for side in (1.0, -1.0) if part.two_sided else (1.0,):
+        one_root = part.kind == "flat" or (part.kind == "convex" and side > 0)
+        for piece in pieces_of(middle, mean, area, 1 if one_root else MOST_PIECES):
+            axis, _ = half_angle(mean[piece], area[piece])
+            points = corners[piece].reshape(-1, 3)
+            center = (points.min(0) + points.max(0)) / 2
+            row = np.zeros((COLUMNS, 4))
+            row[PLACE] = *block, side
+            row[CENTER] = *part.center, part.size
+            row[BALL] = *center, np.linalg.norm(points - center, axis=1).max()
+            row[CONE] = *axis, (turned[piece] @ axis).min()
+            if not one_root:
+                nearest = ((mean[piece] - axis) ** 2).sum(-1) + ((middle[piece] - center) ** 2).sum(-1)
+                row[START] = *middle[piece][nearest.argmin()], 1.0
+            rows.append((float(area[piece].sum()), row))
+    return rows
 
 
 def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
@@ -165,15 +178,11 @@ def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
 
 
 def parts_in(asset: Asset) -> tuple[TablePart, ...]:
-    """The parts of a reflector's asset."""
-    rows = asset.images["reflector_parts_buf"]
+    """The pieces of a reflector's asset, largest first."""
+    rows = asset.images["reflector_parts_buf"].astype(np.float64)
     return tuple(
-        TablePart(
-            tuple(map(float, row[PLACE, :3])), row[CENTER, :3].astype(np.float64), float(row[CENTER, 3]),
-            row[BALL], row[CONE], row[SEEDS:][row[SEEDS:, 3] > 0, :3], (1.0, -1.0) if row[PLACE, 3] else (1.0,),
-        )
-        for row in rows
-    )  # fmt: skip
+        TablePart(row[PLACE], row[CENTER, :3], float(row[CENTER, 3]), row[BALL], row[CONE], row[START]) for row in rows
+    )
 
 
 def trace(k, asset, ray) -> Hit:
