@@ -3,7 +3,8 @@
 A region is tried as it is, the largest first: a centre is found that sees most of it (reflector_center.py); what it sees, one
 triangle per direction (part_surface.py), is a star, and the rest is a region again. A region of which too little is seen is
 cut in two by k-means over places and normals. What is left over goes to any star beside it that sees it.
-Limits. Things that curl are cut more often than a wise choice of centres would. A triangle is seen when its middle is.
+Limits. Things that curl are cut more often than need be, and a sheet wound fifty times is left out. A triangle is seen when its
+middle is.
 """
 
 from collections.abc import Callable
