@@ -19,7 +19,9 @@ import numpy as np
 # A cell is split while it meets more triangles than this (when few rays are asked for: than this), and this often at most ...
 FEW, NOT_SO_FEW, DEEPEST = 8, 20, 11
 # ... and while a level holds no more pairs than this a triangle: stacks of sheets would fill every cell at every level.
-PAIRS = 24
+PAIRS = 8
+# Triangles about a direction, on average, that are a heap and no surface.
+HEAP = 100
 # A triangle is met up to this barycentric weight beyond its edges: vertices at one place may differ by rounding.
 EDGE = 1e-9
 # Cells are this much wider than they are, in half faces: what lies on an edge of two is in both.
@@ -70,11 +72,15 @@ def surface_of_part(
 
 
 def triangles_met(center: np.ndarray, reverse: bool, corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """(N,) int: which of the triangles (T, 3, 3) surface_of_part takes along each direction (N, 3), -1 for none."""
+    """(N,) int: which of the triangles (T, 3, 3) surface_of_part takes along each direction (N, 3), -1 for none, and for all
+    when HEAP or more lie about a direction on average: that is no surface, and looking would take minutes."""
     p = corners - center
     p = p / (np.abs(p).max(initial=0.0) or 1.0)
     sides, volume = _cones(p)
-    return _first(_tree(p, sides, volume, NOT_SO_FEW), sides, volume, directions, nearest=reverse)[0]
+    tree = _tree(p, sides, volume, NOT_SO_FEW)
+    if tree.count[_cells(tree, directions)].sum() > HEAP * len(directions):
+        return np.full(len(directions), -1)
+    return _first(tree, sides, volume, directions, nearest=reverse)[0]
 
 
 def _cones(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ Limits. Merging knows borders only: a region of several kinds may come of it, an
 
 import numpy as np
 
-from .flat_parts import SAME_NORMAL, SAME_OFFSET
+from .flat_parts import MOST_PARTS, SAME_NORMAL, SAME_OFFSET
 from .reflector_curvature import FLAT
 from .reflector_topology import Surface, components
 
@@ -43,28 +43,22 @@ def merged(region: np.ndarray, pairs: np.ndarray, length: np.ndarray, area: np.n
 
 
 def _coplanar(surface: Surface, kind: np.ndarray, region: np.ndarray) -> np.ndarray:
-    count = region.max(initial=-1) + 1
+    """The regions with those in the planes of the largest flat ones joined."""
     size = np.bincount(region, surface.area)
     flat = np.flatnonzero(np.bincount(region, surface.area * (kind == FLAT)) > 0.999 * size)
-    if len(flat) < 2:
-        return region
-    weighted = surface.normal * surface.area[:, None]
-    middle = (surface.corners.mean(1) * surface.area[:, None])
+    flat = flat[np.argsort(-size[flat], kind="stable")]
+    weighted, middle = (surface.area[:, None] * v for v in (surface.normal, surface.corners.mean(1)))
     normal, place = (np.stack([np.bincount(region, v[:, k]) for k in range(3)], -1)[flat] for v in (weighted, middle))
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
     place /= size[flat, None]
-    # Sorted by normal's x, only neighbours within SAME_NORMAL are compared.
-    order = np.argsort(normal[:, 0], kind="stable")
-    reach = np.searchsorted(normal[order, 0], normal[order, 0] + SAME_NORMAL)
-    pairs = [np.stack([np.full(r - i - 1, i), np.arange(i + 1, r)], -1) for i, r in enumerate(reach[:MOST_FLAT]) if r > i + 1]
-    if not pairs:
-        return region
-    i, j = order[np.concatenate(pairs)].T
-    same = ((normal[i] * normal[j]).sum(-1) > np.cos(SAME_NORMAL)) & (
-        np.abs((normal[i] * (place[i] - place[j])).sum(-1)) < SAME_OFFSET
-    )
-    return components(count, flat[np.stack([i, j], -1)[same]])[region]
-
-
-# So many flat regions are compared with each other; more are facets, and no part each.
-MOST_FLAT = 1000
+    joined, left = np.arange(len(size)), np.arange(len(flat))
+    for _ in range(MOST_PARTS):
+        if not len(left):
+            break
+        first = left[0]
+        same = normal[left] @ normal[first] > np.cos(SAME_NORMAL)
+        same &= np.abs((place[left] - place[first]) @ normal[first]) < SAME_OFFSET
+        same[0] = True
+        joined[flat[left[same]]] = flat[first]
+        left = left[~same]
+    return np.unique(joined[region], return_inverse=True)[1].reshape(-1)

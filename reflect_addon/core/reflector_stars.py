@@ -3,7 +3,8 @@
 A region is tried as it is, the largest first: a centre is found that sees most of it (reflector_center.py); what it sees, one
 triangle per direction (part_surface.py), is a star, and the rest is a region again. A region of which too little is seen is
 cut in two by k-means over places and normals. What is left over goes to any star beside it that sees it.
-Limits. Things that curl are cut more often than a wise choice of centres would. A triangle is seen when its middle is.
+Limits. Things that curl are cut more often than need be, and a sheet wound fifty times is left out. A triangle is seen when its
+middle is.
 """
 
 from collections.abc import Callable
@@ -18,6 +19,8 @@ from .reflector_topology import Surface, components
 
 # A region of which less than some share is seen is cut, this often at most; crumbs of less area are no stars.
 CUTS, CRUMB = 5, 5e-4
+# So many times all triangles are looked at: crumpled sheets would be cut for minutes, to nothing.
+WORK = 10
 # A leftover, or what a star below this share of the surface holds, is seen by a star beside it at this q already.
 SMALL, BARELY = 0.01, 0.03
 # A fringe is about this share of its star's half diagonal wide, and no more rings of triangles.
@@ -46,10 +49,10 @@ def stars_of(surface: Surface, region: np.ndarray, most: int, share: float) -> l
     put(np.split(order, np.flatnonzero(np.diff(region[order])) + 1), 0)
     done: list[Star] = []
     crumb = CRUMB * surface.area.sum()
-    tries = 0
-    while queue and len(done) < most and tries < 8 * most:
+    tries = work = 0
+    while queue and len(done) < most and tries < 8 * most and work < WORK * len(region):
         _, _, part, cuts = heappop(queue)
-        tries += 1
+        tries, work = tries + 1, work + len(part)
         area = surface.area[part]
         if area.sum() < crumb and done:
             break

@@ -142,6 +142,15 @@ def test_faces_in_one_plane_are_one_part():
     assert sum(p.kind == "flat" for p in parts_of(*a)) == 6
 
 
+def test_a_floor_of_loose_tiles_is_one_part():
+    tile = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    at = np.stack(np.meshgrid(np.arange(40), np.arange(40), [0.0]), -1).reshape(-1, 1, 3) * 1.1
+    faces = 4 * np.arange(1600)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    floor = (at + tile).reshape(-1, 3), faces.reshape(-1, 3), np.tile([0, 0, 1.0], (3200, 3, 1))
+    (part,) = parts_of(*floor)
+    assert part.kind == "flat" and len(part.triangles) == 3200 and part.center[2] < 0
+
+
 NOTHING = ("nothing", "no triangles", "a dot", "a line", "extents of 1e30")
 
 
