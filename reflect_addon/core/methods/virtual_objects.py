@@ -52,7 +52,10 @@ DEFAULTS = {"map_texels": 256, "parts": 16, "search_steps": 16, "paper": False, 
 # centre and size; the ball around the piece, in map space; the axis of its normals and the cosine of the farthest; where to start.
 PLACE, CENTER, BALL, CONE, START, COLUMNS = range(6)
 # Pieces of a part that is not convex, and of all.
-MOST_PIECES, MOST = 16, 96
+MOST_PIECES, MOST = 8, 32
+# Radians that are added to a cone of normals: a triangle of the scene is drawn where all its vertices are found, and turns normals by
+# half of what it is wide (virtual_mesh.WIDEST).
+MARGIN = 0.12
 # Triangles whose planes are looked at, and how far before one, in sizes, a convex surface's own rounding may lie.
 PLANES, BULGE = 512, 1e-4
 
@@ -135,7 +138,7 @@ def _rows(part, block, positions, triangles, normals) -> list[tuple[float, np.nd
             row[PLACE] = *block, side
             row[CENTER] = *part.center, part.size
             row[BALL] = *center, np.linalg.norm(points - center, axis=1).max()
-            row[CONE] = *axis, (turned[piece] @ axis).min()
+            row[CONE] = *axis, np.cos(min(np.arccos(np.clip((turned[piece] @ axis).min(), -1, 1)) + MARGIN, np.pi))
             if not one_root:
                 nearest = ((mean[piece] - axis) ** 2).sum(-1) + ((middle[piece] - center) ** 2).sum(-1)
                 row[START] = *middle[piece][nearest.argmin()], 1.0
