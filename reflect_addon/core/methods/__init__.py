@@ -48,6 +48,11 @@ def names() -> tuple[str, ...]:
     return tuple(_METHODS)
 
 
+def gathering() -> tuple[str, ...]:
+    """The methods whose kernel answers every ray; the others draw (SURFACES), and theirs is another's for the rest."""
+    return tuple(name for name, method in _METHODS.items() if not getattr(method, "SURFACES", False))
+
+
 def all_methods() -> tuple[ModuleType, ...]:
     return tuple(_METHODS.values())
 

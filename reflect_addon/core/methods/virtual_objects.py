@@ -25,6 +25,7 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..part_pieces import half_angle, pieces_of
 from ..reflector_parts import part_surface, parts_of
+from ..rays import Rays
 from ..remake import REFLECTOR, is_rigid, motion, part_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
@@ -52,7 +53,9 @@ DEFAULTS = {"map_texels": 256, "parts": 16, "search_steps": 16, "paper": False, 
 # centre and size; the ball around the piece, in map space; the axis of its normals and the cosine of the farthest; where to start.
 PLACE, CENTER, BALL, CONE, START, COLUMNS = range(6)
 # Pieces of a part that is not convex, and of all.
-MOST_PIECES, MOST = 8, 32
+MOST_PIECES, MOST = 8, 24
+# Triangles from whose other side rays are sent, four each, and the share of them that must meet the reflector.
+PROBES, ENCLOSED = 48, 0.9
 # Radians that are added to a cone of normals: a triangle of the scene is drawn where all its vertices are found, and turns normals by
 # half of what it is wide (virtual_mesh.WIDEST).
 MARGIN = 0.12
@@ -85,7 +88,10 @@ def bake(job: BakeJob) -> Asset:
         reflector_map.build(p.center, p.size, side, part_surface(p, positions, triangles, normals)) for p in found
     ]
     images, blocks = reflector_map.atlas(maps)
-    rows = [row for part, block in zip(found, blocks, strict=True) for row in _rows(part, block, positions, triangles, normals)]
+    rows = []
+    for part, block in zip(found, blocks, strict=True):
+        both = part.two_sided and not _is_inside(job, part, positions, triangles)
+        rows += _rows(part, block, both, positions, triangles, normals)
     rows = np.array([row for _, row in sorted(rows, key=lambda r: -r[0])[:MOST]], np.float32)
     return Asset(
         NAME,
@@ -114,8 +120,26 @@ def _mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, n
     return scene.world_positions(reflector), mesh.triangles[chosen], normals / np.where(length > 0, length, 1.0)
 
 
-def _rows(part, block, positions, triangles, normals) -> list[tuple[float, np.ndarray]]:
-    """(area, row of the table) of each piece of a part, on each side that mirrors."""
+def _is_inside(job: BakeJob, part, positions, triangles) -> bool:
+    """Whether nobody sees a part's other side: what it faces is the reflector itself, from within. An open mesh may have only a hole
+    that is never looked into."""
+    own = part.triangles[part.own]
+    own = own[:: max(len(own) // PROBES, 1)]
+    corners = positions[triangles[own]]
+    middle, normal = corners.mean(1), np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+    inwards = np.where(((middle - part.center) * normal).sum(-1) > 0, -1.0, 1.0) * (-1.0 if part.reverse else 1.0)
+    normal = normal * inwards[:, None]
+    spread = np.random.default_rng(len(own)).normal(size=(4, *normal.shape))
+    directions = normal + 0.6 * spread / np.linalg.norm(spread, axis=-1, keepdims=True)
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    starts = np.broadcast_to(middle + 1e-4 * part.size * normal, directions.shape)
+    rays = Rays(starts.reshape(-1, 3).astype(np.float32), directions.reshape(-1, 3).astype(np.float32))
+    return bool(np.isfinite(job.intersect(job.reflector, rays)).mean() > ENCLOSED)
+
+
+def _rows(part, block, both: bool, positions, triangles, normals) -> list[tuple[float, np.ndarray]]:
+    """(area, row of the table) of each piece of a part, on one of its sides or on both."""
     own = part.triangles[part.own]
     corners = (positions[triangles[own]] - part.center) / part.size
     middle = corners.mean(1)
@@ -128,7 +152,7 @@ def _rows(part, block, positions, triangles, normals) -> list[tuple[float, np.nd
     mean = turned.mean(1)
     mean /= np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-12)
     rows = []
-    for side in (1.0, -1.0) if part.two_sided else (1.0,):
+    for side in (1.0, -1.0) if both else (1.0,):
         one_root = part.kind == "flat" or (part.kind == "convex" and side > 0)
         for piece in pieces_of(middle, mean, area, 1 if one_root else MOST_PIECES):
             axis, _ = half_angle(mean[piece], area[piece])
