@@ -26,8 +26,9 @@ TOLERANCE = 2e-6
 ACCEPTED = 1e-4
 # Longest step, in sizes of the part; shortest distance to eye and vertex that has a direction.
 LONGEST, NEAREST = 0.6, 1e-7
-# Where an orthographic camera's eye is taken to be, in sizes; look-ups for the lowest place of a line of sight.
-FAR_EYE, DEEPEST = 1e4, 12
+# Where an orthographic camera's eye is taken to be, in sizes; look-ups for the lowest place of a line of sight, and how far from where it
+# is nearest to the centre that may be.
+FAR_EYE, DEEPEST, AROUND = 1e4, 12, 2.0
 # After so many look-ups a squared residual above this does not come down any more: there is no such point on this part.
 PATIENCE, HOPELESS = 10.0, 0.05
 # A step is cut to this share when it made things worse; damping of the normal equations, of their largest number.
@@ -103,7 +104,7 @@ def _newton(k, scope, observer, vertex, start, block):
     again = k.name("again", ~_found(k, first, behind) & ~behind & (vertex.w > 0.5))
 
     def second():
-        deeper = _deepest(k, scope, vertex, block, toward, reach)
+        deeper = _deepest(k, scope, vertex, block, toward, deep, reach)
         return (*_front(k, *sought, toward, deeper, reach), 1.0)
 
     mode = k.select(behind, 1.0, 0.0)
@@ -161,15 +162,41 @@ def _height(k, scope, place, block):
     return k.select(k.dot(here.normal, here.point) < 0.0, -above, above)
 
 
-def _deepest(k, scope, vertex, block, toward, reach):
-    """Distance from the vertex to where the line of sight is lowest, by halving DEEPEST times."""
+def _deepest(k, scope, vertex, block, toward, deep, reach):
+    """Distance from the vertex to where the line of sight is below the surface, or lowest. deep: where it is nearest to the centre.
 
-    def step(i, middle, wide):
-        low, high = (_height(k, scope, vertex.xyz + toward * k.clamp(middle + wide * s, 0.0, reach), block) for s in (-0.5, 0.5))
-        return (k.clamp(middle + wide * k.select(low < high, -0.25, 0.25), 0.0, reach), wide * 0.6), None
+    g(p), the length of p over that of the surface's point along it, is 1 on the surface and convex where that is; its slope is
+    N / (N P). On an ellipsoid the slope of g g is linear along a line, so that false position on it ends at once."""
+    low, high = k.max(deep - AROUND, 0.0), k.min(deep + AROUND, reach)
 
-    half = 0.5 * k.min(reach, 4.0 * k.length(vertex.xyz))
-    return k.loop(DEEPEST // 2, (half, half), step)[0]
+    def slope(distance):
+        """(slope of g g / 2 along the line of sight, g), of 1 / g where the reflector is seen from inside."""
+        place = vertex.xyz + toward * distance
+        here = look(k, scope, block, place, False)
+        side = k.dot(here.normal, here.point)
+        g = k.length(place) / k.max(k.length(here.point), NEAREST)
+        rising = g * k.dot(here.normal, toward) / k.max(k.abs(side), NEAREST)
+        return rising, k.select(side < 0.0, 1.0 / k.max(g, NEAREST), g)
+
+    def step(i, low, high, low_slope, high_slope, best, lowest, last):
+        share = k.clamp(low_slope / k.away_from_zero(low_slope - high_slope), 0.0, 1.0)
+        tried = k.name("lowest", k.mix(low, high, share))
+        rising, height = slope(tried)
+        up, better = rising > 0.0, height < lowest
+        k.cite("the Illinois rule, as in _front")
+        state = (
+            k.select(up, low, tried), k.select(up, tried, high),
+            k.select(up, low_slope * k.select(last > 0.5, 0.5, 1.0), rising),
+            k.select(up, rising, high_slope * k.select(last < -0.5, 0.5, 1.0)),
+            k.select(better, tried, best), k.select(better, height, lowest), k.select(up, 1.0, -1.0),
+        )  # fmt: skip
+        return state, height < 1.0
+
+    low_slope, low_height = slope(low)
+    high_slope, high_height = slope(high)
+    nearer = low_height < high_height
+    begin = (low, high, low_slope, high_slope, k.select(nearer, low, high), k.select(nearer, low_height, high_height), 0.0)
+    return k.loop(DEEPEST - 2, begin, step)[4]
 
 
 def _front(k, scope, observer, vertex, block, toward, deep, reach):
