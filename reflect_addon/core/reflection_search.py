@@ -56,10 +56,10 @@ def newton(k, scope, observer, vertex, start, block, ball, cone):
         return tuple(found[name] for name in names)
 
     nothing = (k.vec4(0.0, 0.0, 0.0, 2.0), k.vec3(0.0), vertex, k.vec3(0.0), status.FAILED, 0.0)
-    return dict(zip(names, k.branch(_may_reflect(k, observer, vertex, block, ball, cone), searched, lambda: nothing), strict=True))
+    return dict(zip(names, k.branch(may_reflect(k, observer, vertex, block, ball, cone), searched, lambda: nothing), strict=True))
 
 
-def _may_reflect(k, observer, vertex, block, ball, cone):
+def may_reflect(k, observer, vertex, block, ball, cone):
     """Whether a part may have the vertex's reflection point or hide it. ball: its middle and radius; cone: the axis of its normals and
     the cosine of how far they turn from it, both in map space.
 
@@ -79,7 +79,9 @@ def _may_reflect(k, observer, vertex, block, ball, cone):
     long = k.length(total)
     cosine = k.dot(total, axis) / k.max(long, 1e-6)
     # The bisector turns by what both directions turn, over the length of their sum.
-    turn = k.min(1.1 * (eye_sine + vertex_sine) / k.max(long, 1e-3), 2.0)
+    # Chords are sines up to a tenth; where they are not, any turn is possible.
+    turn = 1.1 * (eye_sine + vertex_sine) / k.max(long, 1e-3)
+    turn = k.select(turn < 0.65, turn, 2.0)
     between = cosine * cone.w + k.sqrt(1.0 - cosine * cosine) * k.sqrt(1.0 - cone.w * cone.w)
     inside = (cosine >= cone.w) | (between >= 1.0 - 0.5 * turn * turn)
     near = (eye_sine > 0.7) | (vertex_sine > 0.7)
@@ -92,14 +94,14 @@ def _may_reflect(k, observer, vertex, block, ball, cone):
 
 
 def _newton(k, scope, observer, vertex, start, block):
-    begin = _start(k, observer, vertex, start)
+    begin = begin_at(k, observer, vertex, start)
     toward, reach = _sight(k, observer, vertex)
     # Where the line of sight comes nearest to the centre; below the surface there, the vertex is behind it.
     deep = k.clamp(-k.dot(vertex.xyz, toward), 0.0, reach)
     nearest = k.name("nearest", vertex.xyz + toward * deep)
     behind = k.name("behind", (_height(k, scope, nearest, block) < 0.0) & (vertex.w > 0.5))
     sought = (scope, observer, vertex, block)
-    first = k.branch(behind, lambda: _front(k, *sought, toward, deep, reach), lambda: _descend(k, *sought, begin))
+    first = k.branch(behind, lambda: _front(k, *sought, toward, deep, reach), lambda: descend(k, *sought, begin))
     k.cite("6.1: what is not reflected may be hidden all the same, where the reflector is no ball")
     again = k.name("again", ~_found(k, first, behind) & ~behind & (vertex.w > 0.5))
 
@@ -113,7 +115,7 @@ def _newton(k, scope, observer, vertex, start, block):
     return _answer(k, scope, observer, vertex, block, direction, residual, evaluations, hidden > 0.5)
 
 
-def _descend(k, scope, observer, vertex, block, begin):
+def descend(k, scope, observer, vertex, block, begin):
     """(direction, residual, evaluations, toward eye, toward vertex): Gauss and Newton's method with steps that are taken back."""
     tolerance = scope.options["tolerance"]
 
@@ -200,7 +202,7 @@ def _deepest(k, scope, vertex, block, toward, deep, reach):
 
 
 def _front(k, scope, observer, vertex, block, toward, deep, reach):
-    """As _descend, of the place where the line of sight enters the surface: between `deep` below it and the eye, by false position.
+    """As descend, of the place where the line of sight enters the surface: between `deep` below it and the eye, by false position.
 
     There the hidden vertex's own point p, mirrored about the tangent plane, has bisector and normal together (6.1)."""
 
@@ -256,19 +258,19 @@ def _residual(k, here: _There):
 
 def midpoint(k, scope, observer, vertex, start, block, ball, cone):
     """Kernel of the paper's search (4.3), two map evaluations a step. Hidden vertices: its inverse search (6.1)."""
-    begin = _start(k, observer, vertex, start)
-    first = _follow(k, scope, observer, vertex, begin, block, False)
+    begin = begin_at(k, observer, vertex, start)
+    first = follow(k, scope, observer, vertex, begin, block, False)
     again = ~_found(k, first, False)
 
     def second():
-        return (*_follow(k, scope, observer, vertex, k.normalize(observer.xyz), block, True), 1.0)
+        return (*follow(k, scope, observer, vertex, k.normalize(observer.xyz), block, True), 1.0)
 
     direction, residual, evaluations, *rest, hidden = k.branch(again, second, lambda: (*first, 0.0))
     evaluations = k.select(again, evaluations + first[2], evaluations)
     return _answer(k, scope, observer, vertex, block, direction, residual, evaluations, hidden > 0.5)
 
 
-def _follow(k, scope, observer, vertex, begin, block, behind: bool):
+def follow(k, scope, observer, vertex, begin, block, behind: bool):
     """(place on the cube map, residual, evaluations, toward eye, toward vertex)."""
     epsilon = scope.options["tolerance"]
 
@@ -324,7 +326,7 @@ def _axis(k, place):
     )
 
 
-def _start(k, observer, vertex, start):
+def begin_at(k, observer, vertex, start):
     """Where a search begins: the given direction, or half way between eye and vertex as seen from the centre."""
     half = k.normalize(observer.xyz) + k.normalize(vertex.xyz)
     half = k.select(k.dot(half, half) > 1e-4, half, observer.xyz)

@@ -33,7 +33,7 @@ class Known:
     chart: Callable  # points (N, 3) on the surface -> what `point` needs around each, whose parameters are then 0
     touched: Callable  # (eye, vertex) (N, 3) -> points (N, 3) of the surface to start from, before the body
     hidden: Callable  # (eye, vertex) (N, 3) -> (N,) bool: the body is between them
-    there: Callable  # points (N, 3) of the endless surface -> (N,) bool: this piece has them
+    there: Callable  # points (N, 3) of the endless surface, margin -> (N,) bool: this piece has them, that far from its rim
 
 
 def ellipsoid(*axes: float) -> Known:
@@ -58,7 +58,7 @@ def ellipsoid(*axes: float) -> Known:
     def hidden(eye, vertex):
         return np.linalg.norm(_nearest(eye / a, vertex / a), axis=-1) < 1
 
-    return Known(surface, point, chart, touched, hidden, lambda p: np.ones(len(p), bool))
+    return Known(surface, point, chart, touched, hidden, lambda p, margin: np.ones(len(p), bool))
 
 
 def paraboloid(top: float = 0.5, bend: float = 0.4) -> Known:
@@ -87,7 +87,7 @@ def paraboloid(top: float = 0.5, bend: float = 0.4) -> Known:
 
     return Known(
         surface, point, lambda p: p[:, :2], lambda eye, vertex: point((eye[:, :2] + vertex[:, :2]) / 2, 0.0), hidden,
-        lambda p: (p[:, :2] ** 2).sum(-1) < 1,
+        lambda p, margin: np.linalg.norm(p[:, :2], axis=-1) < 1 - margin,
     )  # fmt: skip
 
 
@@ -106,7 +106,7 @@ def plane(below: float = 0.7) -> Known:
 
     return Known(
         surface, lambda u, p: p + np.pad(u, ((0, 0), (0, 1))), lambda p: p, touched,
-        lambda eye, vertex: np.minimum(eye[:, 2], vertex[:, 2]) < below, lambda p: (np.abs(p[:, :2]) < 1).all(-1),
+        lambda eye, vertex: np.minimum(eye[:, 2], vertex[:, 2]) < below, lambda p, margin: (np.abs(p[:, :2]) < 1 - margin).all(-1),
     )  # fmt: skip
 
 
@@ -180,15 +180,16 @@ def random_pairs(rng, known: Known, count: int, near=1.2, far=8.0) -> tuple[np.n
     return eye, vertex
 
 
-def pairs_of_interest(rng, known: Known, count: int, **shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(eyes, vertices, reflection points) (count, 3): random pairs of the region of interest."""
+def pairs_of_interest(rng, known: Known, count: int, margin=0.0, **shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(eyes, vertices, reflection points) (count, 3): random pairs of the region of interest, whose points are at least
+    `margin` from an open rim: a rim is known to a texel."""
     parts, have = [], 0
     while have < count:
         eye, vertex = random_pairs(rng, known, 2 * count, **shell)
         lit = ~known.hidden(eye, vertex)
         eye, vertex = eye[lit], vertex[lit]
         point = reflected(known, eye, vertex)
-        seen = known.there(point)
+        seen = known.there(point, margin)
         parts.append((eye[seen], vertex[seen], point[seen]))
         have += int(seen.sum())
     return tuple(np.concatenate(p)[:count] for p in zip(*parts, strict=True))
