@@ -221,3 +221,21 @@ PART_SECONDS = 4.0
 # PN triangles of an icosphere of 320 over the flat ones, largest error in place (0.09 measured), and of a torus of 576, 95 % of normals
 # (0.51 measured; linear ones on a sphere are exact).
 FINER_PLACE, FINER_NORMAL = 0.15, 0.6
+
+# Reflection points in reflector maps (issue 5): the distance from the true one, sizes of the reflector, and the share that is as near;
+# both are the issue's. Points nearer than three texels to an open rim are left out: a rim is known to a texel.
+POINT, POINTS_FOUND = 1e-4, 0.999
+# A virtual vertex is off by twice the vertex's height times the normal's error, over the vertex's distance.
+VIRTUAL_POINT = 3e-4
+# The order in which errors fall with the resolution: bilinear look-ups, 2.
+SEARCH_ORDER = (1.8, 2.2)
+# Shares of hidden vertices that are found to be; 1 where a reflector is not named. A needle's tips are a few texels of its map.
+HIDDEN_FOUND = {"ellipsoid 5:1": 0.98, "ellipsoid 10:1": 0.95, "ellipsoid 50:1": 0.5}
+# A hidden vertex against the image of what it is the image of, sizes: two searches in maps of 256 texels a face.
+HIDDEN_IMAGE = 1e-3
+# A virtual vertex moves at most so many times as far as its vertex across the limit.
+VIRTUAL_JUMP = 10.0
+# Share of vertices reflected within 0.3 sizes beyond a rim that are said to be: the closing is a mean of planes there.
+UNREFLECTED_FOUND = 0.8
+# The search on the GPU against NumPy: share of equal statuses, and the distance of points where they are, sizes.
+SEARCH_STATUS_GPU, SEARCH_POINT_GPU = 0.999, 1e-5

@@ -26,8 +26,9 @@ TOLERANCE = 2e-6
 ACCEPTED = 1e-4
 # Longest step, in sizes of the part; shortest distance to eye and vertex that has a direction.
 LONGEST, NEAREST = 0.6, 1e-7
-# Where an orthographic camera's eye is taken to be, in sizes; look-ups for the lowest place of a line of sight.
-FAR_EYE, DEEPEST = 1e4, 12
+# Where an orthographic camera's eye is taken to be, in sizes; look-ups for the lowest place of a line of sight, and how far from where it
+# is nearest to the centre that may be.
+FAR_EYE, DEEPEST, AROUND = 1e4, 12, 2.0
 # After so many look-ups a squared residual above this does not come down any more: there is no such point on this part.
 PATIENCE, HOPELESS = 10.0, 0.05
 # A step is cut to this share when it made things worse; damping of the normal equations, of their largest number.
@@ -55,10 +56,10 @@ def newton(k, scope, observer, vertex, start, block, ball, cone):
         return tuple(found[name] for name in names)
 
     nothing = (k.vec4(0.0, 0.0, 0.0, 2.0), k.vec3(0.0), vertex, k.vec3(0.0), status.FAILED, 0.0)
-    return dict(zip(names, k.branch(_may_reflect(k, observer, vertex, block, ball, cone), searched, lambda: nothing), strict=True))
+    return dict(zip(names, k.branch(may_reflect(k, observer, vertex, block, ball, cone), searched, lambda: nothing), strict=True))
 
 
-def _may_reflect(k, observer, vertex, block, ball, cone):
+def may_reflect(k, observer, vertex, block, ball, cone):
     """Whether a part may have the vertex's reflection point or hide it. ball: its middle and radius; cone: the axis of its normals and
     the cosine of how far they turn from it, both in map space.
 
@@ -78,7 +79,9 @@ def _may_reflect(k, observer, vertex, block, ball, cone):
     long = k.length(total)
     cosine = k.dot(total, axis) / k.max(long, 1e-6)
     # The bisector turns by what both directions turn, over the length of their sum.
-    turn = k.min(1.1 * (eye_sine + vertex_sine) / k.max(long, 1e-3), 2.0)
+    # Chords are sines up to a tenth; where they are not, any turn is possible.
+    turn = 1.1 * (eye_sine + vertex_sine) / k.max(long, 1e-3)
+    turn = k.select(turn < 0.65, turn, 2.0)
     between = cosine * cone.w + k.sqrt(1.0 - cosine * cosine) * k.sqrt(1.0 - cone.w * cone.w)
     inside = (cosine >= cone.w) | (between >= 1.0 - 0.5 * turn * turn)
     near = (eye_sine > 0.7) | (vertex_sine > 0.7)
@@ -91,19 +94,19 @@ def _may_reflect(k, observer, vertex, block, ball, cone):
 
 
 def _newton(k, scope, observer, vertex, start, block):
-    begin = _start(k, observer, vertex, start)
+    begin = begin_at(k, observer, vertex, start)
     toward, reach = _sight(k, observer, vertex)
     # Where the line of sight comes nearest to the centre; below the surface there, the vertex is behind it.
     deep = k.clamp(-k.dot(vertex.xyz, toward), 0.0, reach)
     nearest = k.name("nearest", vertex.xyz + toward * deep)
     behind = k.name("behind", (_height(k, scope, nearest, block) < 0.0) & (vertex.w > 0.5))
     sought = (scope, observer, vertex, block)
-    first = k.branch(behind, lambda: _front(k, *sought, toward, deep, reach), lambda: _descend(k, *sought, begin))
+    first = k.branch(behind, lambda: _front(k, *sought, toward, deep, reach), lambda: descend(k, *sought, begin))
     k.cite("6.1: what is not reflected may be hidden all the same, where the reflector is no ball")
     again = k.name("again", ~_found(k, first, behind) & ~behind & (vertex.w > 0.5))
 
     def second():
-        deeper = _deepest(k, scope, vertex, block, toward, reach)
+        deeper = _deepest(k, scope, vertex, block, toward, deep, reach)
         return (*_front(k, *sought, toward, deeper, reach), 1.0)
 
     mode = k.select(behind, 1.0, 0.0)
@@ -112,7 +115,7 @@ def _newton(k, scope, observer, vertex, start, block):
     return _answer(k, scope, observer, vertex, block, direction, residual, evaluations, hidden > 0.5)
 
 
-def _descend(k, scope, observer, vertex, block, begin):
+def descend(k, scope, observer, vertex, block, begin):
     """(direction, residual, evaluations, toward eye, toward vertex): Gauss and Newton's method with steps that are taken back."""
     tolerance = scope.options["tolerance"]
 
@@ -161,19 +164,45 @@ def _height(k, scope, place, block):
     return k.select(k.dot(here.normal, here.point) < 0.0, -above, above)
 
 
-def _deepest(k, scope, vertex, block, toward, reach):
-    """Distance from the vertex to where the line of sight is lowest, by halving DEEPEST times."""
+def _deepest(k, scope, vertex, block, toward, deep, reach):
+    """Distance from the vertex to where the line of sight is below the surface, or lowest. deep: where it is nearest to the centre.
 
-    def step(i, middle, wide):
-        low, high = (_height(k, scope, vertex.xyz + toward * k.clamp(middle + wide * s, 0.0, reach), block) for s in (-0.5, 0.5))
-        return (k.clamp(middle + wide * k.select(low < high, -0.25, 0.25), 0.0, reach), wide * 0.6), None
+    g(p), the length of p over that of the surface's point along it, is 1 on the surface and convex where that is; its slope is
+    N / (N P). On an ellipsoid the slope of g g is linear along a line, so that false position on it ends at once."""
+    low, high = k.max(deep - AROUND, 0.0), k.min(deep + AROUND, reach)
 
-    half = 0.5 * k.min(reach, 4.0 * k.length(vertex.xyz))
-    return k.loop(DEEPEST // 2, (half, half), step)[0]
+    def slope(distance):
+        """(slope of g g / 2 along the line of sight, g), of 1 / g where the reflector is seen from inside."""
+        place = vertex.xyz + toward * distance
+        here = look(k, scope, block, place, False)
+        side = k.dot(here.normal, here.point)
+        g = k.length(place) / k.max(k.length(here.point), NEAREST)
+        rising = g * k.dot(here.normal, toward) / k.max(k.abs(side), NEAREST)
+        return rising, k.select(side < 0.0, 1.0 / k.max(g, NEAREST), g)
+
+    def step(i, low, high, low_slope, high_slope, best, lowest, last):
+        share = k.clamp(low_slope / k.away_from_zero(low_slope - high_slope), 0.0, 1.0)
+        tried = k.name("lowest", k.mix(low, high, share))
+        rising, height = slope(tried)
+        up, better = rising > 0.0, height < lowest
+        k.cite("the Illinois rule, as in _front")
+        state = (
+            k.select(up, low, tried), k.select(up, tried, high),
+            k.select(up, low_slope * k.select(last > 0.5, 0.5, 1.0), rising),
+            k.select(up, rising, high_slope * k.select(last < -0.5, 0.5, 1.0)),
+            k.select(better, tried, best), k.select(better, height, lowest), k.select(up, 1.0, -1.0),
+        )  # fmt: skip
+        return state, height < 1.0
+
+    low_slope, low_height = slope(low)
+    high_slope, high_height = slope(high)
+    nearer = low_height < high_height
+    begin = (low, high, low_slope, high_slope, k.select(nearer, low, high), k.select(nearer, low_height, high_height), 0.0)
+    return k.loop(DEEPEST - 2, begin, step)[4]
 
 
 def _front(k, scope, observer, vertex, block, toward, deep, reach):
-    """As _descend, of the place where the line of sight enters the surface: between `deep` below it and the eye, by false position.
+    """As descend, of the place where the line of sight enters the surface: between `deep` below it and the eye, by false position.
 
     There the hidden vertex's own point p, mirrored about the tangent plane, has bisector and normal together (6.1)."""
 
@@ -229,19 +258,19 @@ def _residual(k, here: _There):
 
 def midpoint(k, scope, observer, vertex, start, block, ball, cone):
     """Kernel of the paper's search (4.3), two map evaluations a step. Hidden vertices: its inverse search (6.1)."""
-    begin = _start(k, observer, vertex, start)
-    first = _follow(k, scope, observer, vertex, begin, block, False)
+    begin = begin_at(k, observer, vertex, start)
+    first = follow(k, scope, observer, vertex, begin, block, False)
     again = ~_found(k, first, False)
 
     def second():
-        return (*_follow(k, scope, observer, vertex, k.normalize(observer.xyz), block, True), 1.0)
+        return (*follow(k, scope, observer, vertex, k.normalize(observer.xyz), block, True), 1.0)
 
     direction, residual, evaluations, *rest, hidden = k.branch(again, second, lambda: (*first, 0.0))
     evaluations = k.select(again, evaluations + first[2], evaluations)
     return _answer(k, scope, observer, vertex, block, direction, residual, evaluations, hidden > 0.5)
 
 
-def _follow(k, scope, observer, vertex, begin, block, behind: bool):
+def follow(k, scope, observer, vertex, begin, block, behind: bool):
     """(place on the cube map, residual, evaluations, toward eye, toward vertex)."""
     epsilon = scope.options["tolerance"]
 
@@ -297,7 +326,7 @@ def _axis(k, place):
     )
 
 
-def _start(k, observer, vertex, start):
+def begin_at(k, observer, vertex, start):
     """Where a search begins: the given direction, or half way between eye and vertex as seen from the centre."""
     half = k.normalize(observer.xyz) + k.normalize(vertex.xyz)
     half = k.select(k.dot(half, half) > 1e-4, half, observer.xyz)

@@ -6,7 +6,7 @@ are made once, from the reflector alone, as finely as wanted (4.1), and know not
 Layout. Cubes, as the paper's: six faces in a row, in a border that goes on in the face's own plane (cubemap.py), so that no look-up
 crosses an edge. An octahedron unfolded into one square [Engelhardt and Dachsbacher 2008] was tried: a bilinear look-up across its folds
 errs by a texel, not by its square, and that is where searches failed (256 texels: 3e-3 of the size at the folds, 6e-6 on cubes).
-Closing. Where the rays from the centre miss an open reflector (6.2), its tangent planes go on for a few texels, then what is near:
+Closing. Where the rays from the centre miss an open reflector (6.2), its tangent planes go on, farther off means of them:
 a search may pass there, and says so when it ends there. w of a position is 1 on the reflector and 0 where it was closed.
 Limits. What is not star-shaped needs several maps (reflector_parts.py). Bilinear: errors fall with the square of a texel's size.
 """
@@ -105,12 +105,18 @@ def _closed(directions, distance, normal, inside) -> tuple[np.ndarray, np.ndarra
         distance = np.where(fresh, met, distance)
         normal = np.where(fresh[..., None], mean[..., :3] / length[..., None], normal)
         known |= fresh
-    weights = known.astype(float)
-    far = _spread(distance * weights, weights)
-    turned = np.stack([_spread(normal[..., k] * weights, weights) for k in range(3)], -1)
-    distance, normal = np.where(known, distance, far), np.where(known[..., None], normal, turned)
-    length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    return distance, np.where(length > 1e-6, normal / np.maximum(length, 1e-12), directions)
+    # Farther off: planes that are means of ever wider parts of the rim, no farther than FAR_OFF.
+    facing = np.einsum("fyxc,fyxc->fyx", directions, normal)
+    weights = known.astype(float)[..., None]
+    spread = _spread(np.concatenate([normal, (facing * distance)[..., None], distance[..., None]], -1) * weights, weights[..., 0])
+    turned, offset, far = spread[..., :3], spread[..., 3], spread[..., 4]
+    length = np.linalg.norm(turned, axis=-1, keepdims=True)
+    turned = np.where(length > 1e-6, turned / np.maximum(length, 1e-12), directions)
+    facing, offset = np.einsum("fyxc,fyxc->fyx", directions, turned), offset / np.maximum(length[..., 0], 1e-6)
+    facing = np.where(offset < 0, -facing, facing)
+    met = np.where(facing > 0, np.abs(offset) / np.maximum(facing, 1e-6), np.inf)
+    far = np.minimum(met, FAR_OFF * far)
+    return np.where(known, distance, far), np.where(known[..., None], normal, turned)
 
 
 def _neighbours(values: np.ndarray) -> np.ndarray:
@@ -124,16 +130,19 @@ def _neighbours(values: np.ndarray) -> np.ndarray:
 
 
 def _spread(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """values (6, n, n), already times weights, continued to where the weights are 0: means of ever wider parts of the cube.
+    """values (6, n, n, c), already times weights, continued to where the weights are 0: means of ever wider parts of the cube.
 
     Faces lie in one picture, so what is near is near on the cube for the most part; what is far is all the same."""
-    side = 1 << (values.shape[1] - 1).bit_length()
-    picture = np.zeros((8 * side, side, 4), np.float32)
-    for face, (value, weight) in enumerate(zip(values, weights, strict=True)):
-        at = np.s_[face * side : face * side + len(value), : len(value)]
-        picture[at][..., 0], picture[at][..., 3] = value, weight
-    filled = continued(picture)[..., 0]
-    return np.stack([filled[f * side : f * side + len(v), : len(v)] for f, v in enumerate(values)])
+    n, channels = values.shape[1], values.shape[-1]
+    side = 1 << (n - 1).bit_length()
+    out = np.empty(values.shape)
+    for first in range(0, channels, 3):
+        some = values[..., first : first + 3]
+        picture = np.zeros((8, side, side, 4), np.float32)
+        picture[:6, :n, :n, : some.shape[-1]], picture[:6, :n, :n, 3] = some, weights
+        filled = continued(picture.reshape(8 * side, side, 4)).reshape(8, side, side, -1)
+        out[..., first : first + 3] = filled[:6, :n, :n, : some.shape[-1]]
+    return out
 
 
 @dataclass(frozen=True)
