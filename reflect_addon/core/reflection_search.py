@@ -9,6 +9,8 @@ finds R with one look-up a step and quadratically. A step that makes the residua
 Both end on the residual or after `steps`, and say which: what was not found is never given out as found (virtual_status.py).
 Hidden vertices (6.1). Behind the reflector a vertex V stands for the point p that V is the image of. The paper searches on with p's
 bisector. At the end eye, R and V lie on one line, so `newton` goes along that line instead, between below and above the surface.
+`start`: a direction from the centre, w 0: none is known, 1: one is, 2: one is, and this part may have other reflection points, so that
+what is behind it somewhere is not hidden yet.
 Spaces. All of it in map space (map_space.py); eye and vertex are homogeneous, w = 0 being a direction. `block` is the map's place in
 the atlas, and 1 or -1: which side of the surface mirrors.
 Limits. Eye or vertex on the surface, or a normal that jumps, have no slope: such searches end as failed, after bounded work.
@@ -52,7 +54,7 @@ def newton(k, scope, observer, vertex, start, block, ball, cone):
     names = ("point", "normal", "virtual", "direction", "status", "evaluations")
 
     def searched():
-        found = _newton(k, scope, observer, vertex, start, block)
+        found = _newton(k, scope, observer, vertex, start, block, ball)
         return tuple(found[name] for name in names)
 
     nothing = (k.vec4(0.0, 0.0, 0.0, 2.0), k.vec3(0.0), vertex, k.vec3(0.0), status.FAILED, 0.0)
@@ -93,7 +95,7 @@ def may_reflect(k, observer, vertex, block, ball, cone):
     return k.name("may_reflect", inside | near | on_sight | (cone.w < -0.5))
 
 
-def _newton(k, scope, observer, vertex, start, block):
+def _newton(k, scope, observer, vertex, start, block, ball):
     begin = begin_at(k, observer, vertex, start)
     toward, reach = _sight(k, observer, vertex)
     # Where the line of sight comes nearest to the centre; below the surface there, the vertex is behind it.
@@ -101,15 +103,19 @@ def _newton(k, scope, observer, vertex, start, block):
     nearest = k.name("nearest", vertex.xyz + toward * deep)
     behind = k.name("behind", (_height(k, scope, nearest, block) < 0.0) & (vertex.w > 0.5))
     sought = (scope, observer, vertex, block)
-    first = k.branch(behind, lambda: _front(k, *sought, toward, deep, reach), lambda: descend(k, *sought, begin))
+    k.cite("where a surface has several reflection points, one that is behind a part of it may be reflected by another")
+    front_first = k.name("front_first", behind & (start.w < 1.5))
+    first = k.branch(front_first, lambda: _front(k, *sought, toward, deep, reach), lambda: descend(k, *sought, begin))
     k.cite("6.1: what is not reflected may be hidden all the same, where the reflector is no ball")
-    again = k.name("again", ~_found(k, first, behind) & ~behind & (vertex.w > 0.5))
+    missed = ball.xyz - vertex.xyz
+    missed = missed - toward * k.clamp(k.dot(missed, toward), 0.0, reach)
+    again = ~_found(k, first, front_first) & ~front_first & (vertex.w > 0.5) & (k.dot(missed, missed) <= ball.w * ball.w)
 
     def second():
-        deeper = _deepest(k, scope, vertex, block, toward, deep, reach)
+        deeper = k.branch(behind, lambda: (deep,), lambda: (_deepest(k, scope, vertex, block, toward, deep, reach),))[0]
         return (*_front(k, *sought, toward, deeper, reach), 1.0)
 
-    mode = k.select(behind, 1.0, 0.0)
+    mode = k.select(front_first, 1.0, 0.0)
     direction, residual, evaluations, *_, hidden = k.branch(again, second, lambda: (*first, mode))
     evaluations = k.select(again, evaluations + first[2] + DEEPEST, evaluations) + 1.0
     return _answer(k, scope, observer, vertex, block, direction, residual, evaluations, hidden > 0.5)

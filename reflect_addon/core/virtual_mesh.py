@@ -5,6 +5,7 @@ Problem. Only vertices are reflected, and "edges of large polygons are not corre
 Idea. An edge that is seen under an angle t from a mirror of radius r is seen along an arc of it about r t / 2 long, since a mirror
 turns rays by twice its own angle; such an arc departs from its chord by c^2 / 8 r, which is r t^2 / 32. With t at most WIDEST that
 is an eighth of a pixel on a mirror 200 pixels wide. So edges are split in halves until t is below it.
+In pixels that is less for a smaller mirror, so t may be larger by the root of how much smaller than the scene's largest curved one it is.
 The angle is taken from the nearest point of a reflector's bounding box and never nearer than NEAR of its size: what touches a mirror
 would be split without end. An edge is judged by its end points alone, so neighbours agree and the mesh stays whole.
 Where flat mirrors alone look, straight edges stay straight, and nothing is split for them.
@@ -23,7 +24,7 @@ from .surface_asset import SurfaceMesh
 
 WIDEST = 0.2  # rad
 NEAR = 0.25
-MOST = 1 << 18  # triangles
+MOST = 1 << 17  # triangles
 CHUNK = 192  # triangles
 LEVELS = 12  # halvings of an edge, at most
 # Corner normals that depart from their triangle's by less than this do not bend anything.
@@ -64,11 +65,12 @@ def virtual_mesh(scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh], widest:
     names = tuple(name for name in surfaces if name in named)
     soup = _soup(scene, [(named[name], surfaces[name]) for name in names])
     boxes = [scene.bounds([r]) for r in scene.reflectors() if _bends(scene, r)]
+    largest = max((float(np.linalg.norm(high - low)) for low, high in boxes), default=1.0)
     for _ in range(LEVELS):
         if not len(soup.place) or len(soup.place) >= MOST or not boxes:
             break
         keys, edge_of, length = edges_of(soup.points, soup.place)
-        wide = _angle(soup.points[keys], length, boxes) > widest
+        wide = _angle(soup.points[keys], length, boxes, largest) > widest
         if not wide.any():
             break
         found = cut(soup.points, soup.place, soup.sample, keys, edge_of, closed(wide, edge_of, length))
@@ -105,13 +107,14 @@ def _bends(scene: SceneSnapshot, reflector: Instance) -> bool:
     return bool((np.minimum(off, np.linalg.norm(mesh.corner_normals + face[:, None], axis=-1)) > FLAT).any())
 
 
-def _angle(ends: np.ndarray, length: np.ndarray, boxes) -> np.ndarray:
-    """(E,) the widest angle, about, under which one of the boxes sees each edge; ends: (E, 2, 3)."""
+def _angle(ends: np.ndarray, length: np.ndarray, boxes, largest: float) -> np.ndarray:
+    """(E,) the widest angle, about, under which one of the boxes sees each edge, a small box's counting less; ends: (E, 2, 3)."""
     widest = np.zeros(len(ends))
     for low, high in boxes:
         apart = np.linalg.norm(np.maximum(np.maximum(low - ends, ends - high), 0), axis=-1).min(1)
         near = NEAR * np.mean(high - low)
-        widest = np.maximum(widest, length / np.maximum(apart, max(near, 1e-30)))
+        weight = np.sqrt(np.linalg.norm(high - low) / max(largest, 1e-30))
+        widest = np.maximum(widest, weight * length / np.maximum(apart, max(near, 1e-30)))
     return widest
 
 

@@ -32,6 +32,8 @@ from .virtual import Projector
 
 # Growth of a footprint by roughness up to which a reflector shows virtual objects: that of mirrors to mirrors.
 SHARPEST = 4.0 * mirrors.ROUGHEST**2
+# Pixels across: what a narrower reflector shows is a blur of colours, which distance maps give as well.
+SMALLEST = 12
 
 
 def registered_kernel(kind: str) -> Callable:
@@ -265,7 +267,8 @@ class Renderer:
             if bounds is not None:
                 rough = group.is_rough
                 if self._projects(group):
-                    self._projector.draw(camera, self._rays, target, group.asset, self._sharp(group), bounds)
+                    shown = [i for i in self._sharp(group) if self._is_large(camera, i)]
+                    self._projector.draw(camera, self._rays, target, group.asset, shown, bounds)
                 textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
                 fill, most = self._fill(group.asset, beside, rough), self.most_rays if rough else None
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
@@ -282,6 +285,11 @@ class Renderer:
         """The reflectors of a group that are smooth enough for virtual objects, which know one ray a pixel."""
         sharp = {s.reflector for s in self._raymap.sections if s.roughness_spread <= SHARPEST}
         return sorted(sharp & set(range(group.first, group.last + 1)))
+
+    def _is_large(self, camera: Camera, reflector: int) -> bool:
+        """Whether a reflector may cover enough of the picture to be worth the search for virtual vertices."""
+        bounds = self._raymap.screen_bounds(camera, {reflector})
+        return bounds is not None and min(bounds[2:]) >= SMALLEST
 
     def _bounds(self, camera: Camera) -> tuple[int, int, int, int] | None:
         """What all reflectors together may cover; see RayMapPass.screen_bounds."""

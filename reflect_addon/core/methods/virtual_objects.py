@@ -72,7 +72,7 @@ class TablePart:
     size: float  # m
     ball: np.ndarray  # (4,) map space: middle and radius
     cone: np.ndarray  # (4,) axis of its normals (of side 1) and cosine of the farthest from it
-    start: np.ndarray  # (4,) direction from which searches start, w = 0: wherever they like
+    start: np.ndarray  # (4,) as the search kernel takes it (reflection_search.py)
 
 
 def bake(job: BakeJob) -> Asset:
@@ -165,7 +165,7 @@ def _rows(part, block, both: bool, positions, triangles, normals) -> list[tuple[
             row[CONE] = *axis, np.cos(min(np.arccos(np.clip((turned[piece] @ axis).min(), -1, 1)) + MARGIN, np.pi))
             if not one_root:
                 nearest = ((mean[piece] - axis) ** 2).sum(-1) + ((middle[piece] - center) ** 2).sum(-1)
-                row[START] = *middle[piece][nearest.argmin()], 1.0
+                row[START] = *middle[piece][nearest.argmin()], 2.0
             rows.append((float(area[piece].sum()), row))
     return rows
 

@@ -1,6 +1,6 @@
 // Virtual vertices of one part of a reflector: each invocation places one vertex and searches its reflection point
 // (core/reflection_search.py). All in the part's map space.
-// range: x first, y count of the vertices; block: the part's map in the atlas; seed: xyz direction, w 1 = there is one.
+// range: x first, y count of the vertices; block: the part's map in the atlas; seed: where to start, as the kernel's `start`.
 #include "table_lib.glsl"
 #include "kernel"
 
@@ -15,9 +15,7 @@ void main()
   vec4 vertex = texelFetch(vertices_buf, texel, 0);
   vec3 place = placed(placing_buf, vertex);
   vec4 start = imageLoad(start_img, texel);
-  if (start.w < 0.5) {
-    start = seed;
-  }
+  start = (start.w < 0.5) ? seed : vec4(start.xyz, max(seed.w, 1.0));
 #include "call"
   // A failed search says nothing of where the next one should begin.
   imageStore(start_img, texel, (found_status < FAILED) ? vec4(found_direction, 1.0) : vec4(0.0));
