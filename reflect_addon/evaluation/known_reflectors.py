@@ -22,6 +22,8 @@ from ..core.reflector_map import IMAGES, ReflectorMap, Surface, atlas, build
 
 # Halvings of a step, and steps, after which a way is as short as float64 can tell.
 HALVINGS, STEPS = 12, 60
+# Eyes and vertices of pairs are so far above the body, as round bodies' shells are; random pairs' shells begin at NEAR, in sizes.
+CLEAR, NEAR = 0.2, 1.2
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class Known:
     chart: Callable  # points (N, 3) on the surface -> what `point` needs around each, whose parameters are then 0
     touched: Callable  # (eye, vertex) (N, 3) -> points (N, 3) of the surface to start from, before the body
     hidden: Callable  # (eye, vertex) (N, 3) -> (N,) bool: the body is between them
+    height: Callable  # points (N, 3) -> (N,) how far they are above the body, straight up, or from the centre, over its radius there
     there: Callable  # points (N, 3) of the endless surface, margin -> (N,) bool: this piece has them, that far from its rim
 
 
@@ -58,7 +61,7 @@ def ellipsoid(*axes: float) -> Known:
     def hidden(eye, vertex):
         return np.linalg.norm(_nearest(eye / a, vertex / a), axis=-1) < 1
 
-    return Known(surface, point, chart, touched, hidden, lambda p, margin: np.ones(len(p), bool))
+    return Known(surface, point, chart, touched, hidden, lambda p: np.linalg.norm(p / a, axis=-1) - 1, lambda p, margin: np.ones(len(p), bool))
 
 
 def paraboloid(top: float = 0.5, bend: float = 0.4) -> Known:
@@ -87,6 +90,7 @@ def paraboloid(top: float = 0.5, bend: float = 0.4) -> Known:
 
     return Known(
         surface, point, lambda p: p[:, :2], lambda eye, vertex: point((eye[:, :2] + vertex[:, :2]) / 2, 0.0), hidden,
+        lambda p: p[:, 2] - top + bend * (p[:, :2] ** 2).sum(-1),
         lambda p, margin: np.linalg.norm(p[:, :2], axis=-1) < 1 - margin,
     )  # fmt: skip
 
@@ -106,7 +110,7 @@ def plane(below: float = 0.7) -> Known:
 
     return Known(
         surface, lambda u, p: p + np.pad(u, ((0, 0), (0, 1))), lambda p: p, touched,
-        lambda eye, vertex: np.minimum(eye[:, 2], vertex[:, 2]) < below, lambda p, margin: (np.abs(p[:, :2]) < 1 - margin).all(-1),
+        lambda eye, vertex: np.minimum(eye[:, 2], vertex[:, 2]) < below, lambda p: p[:, 2] - below, lambda p, margin: (np.abs(p[:, :2]) < 1 - margin).all(-1),
     )  # fmt: skip
 
 
@@ -174,19 +178,19 @@ def _derivatives(known: Known, eye, vertex, chart) -> tuple[np.ndarray, np.ndarr
     return gradient, hessian
 
 
-def random_pairs(rng, known: Known, count: int, near=1.2, far=8.0) -> tuple[np.ndarray, np.ndarray]:
+def random_pairs(rng, count: int, near=NEAR, far=8.0) -> tuple[np.ndarray, np.ndarray]:
     """(eyes, vertices) (count, 3), evenly over directions and distances from the centre."""
     eye, vertex = (_unit(rng.normal(size=(count, 3))) * rng.uniform(near, far, (count, 1)) for _ in range(2))
     return eye, vertex
 
 
-def pairs_of_interest(rng, known: Known, count: int, margin=0.0, **shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pairs_of_interest(rng, known: Known, count: int, margin=0.0, clear=CLEAR, **shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(eyes, vertices, reflection points) (count, 3): random pairs of the region of interest, whose points are at least
-    `margin` from an open rim: a rim is known to a texel."""
+    `margin` from an open rim, as a rim is known to a texel, and that are both `clear` above the body."""
     parts, have = [], 0
     while have < count:
-        eye, vertex = random_pairs(rng, known, 2 * count, **shell)
-        lit = ~known.hidden(eye, vertex)
+        eye, vertex = random_pairs(rng, 2 * count, **shell)
+        lit = ~known.hidden(eye, vertex) & (np.minimum(known.height(eye), known.height(vertex)) >= clear)
         eye, vertex = eye[lit], vertex[lit]
         point = reflected(known, eye, vertex)
         seen = known.there(point, margin)
@@ -214,6 +218,18 @@ def search(kernel, made: ReflectorMap, eye, vertex, start=None, mirror=1.0, step
     tolerance = reflection_search.TOLERANCE if tolerance is None else tolerance
     asset = SimpleNamespace(images=images, uniforms={})
     return evaluate(_program(kernel, int(steps), float(tolerance)), inputs, asset, dtype=dtype, counts=counts)
+
+
+@cache
+def first_search(way: Callable) -> Callable:
+    """Kernel of reflection_search.descend or .follow alone, without what comes after it for hidden vertices."""
+
+    def kernel(k, scope, observer, vertex, start, block, ball, cone):
+        begin = reflection_search.begin_at(k, observer, vertex, start)
+        direction, residual, evaluations, *_ = way(k, scope, observer, vertex, block, begin)
+        return {"direction": direction, "residual": residual, "evaluations": evaluations}
+
+    return kernel
 
 
 @cache
