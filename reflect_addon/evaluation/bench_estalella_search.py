@@ -90,7 +90,7 @@ def _looks_row(rng) -> dict:
     theirs, ours = a_step(MIDPOINT), a_step(NEWTON)
     return row(
         "E5", [theirs, ours], [2, 1], abs(theirs - 2) < 1e-6 and ours <= 1 + 1e-6,
-        f"Map look-ups (position and normal) a step, counted by the kernel: midpoint's, and Newton's.", paper=2,
+        "Map look-ups (position and normal) a step, counted by the kernel: midpoint's, and Newton's.", paper=2,
     )  # fmt: skip
 
 
@@ -107,7 +107,7 @@ def _analytic_row(rng) -> dict:
         near = np.linalg.norm(every["point"][:, :3] - point, axis=-1) <= NEAR
         all_of = (near & (every["status"] == virtual_status.CONVERGED)).mean()
         eye, vertex = known.random_pairs(rng, 4 * FEW)
-        hidden = reflector.hidden(eye, vertex) & (known_side(reflector, eye, vertex) > 0)
+        hidden = reflector.hidden(eye, vertex) & (reflector.height(eye) > 0)
         wrong = (known.search(reflection_search.newton, made, eye[hidden], vertex[hidden])["status"] == virtual_status.CONVERGED).sum()
         texts.append(
             f"{name} {shares[-1]:.5f} (median {np.median(off):.1e}, said to be found and farther off {(said & (off > NEAR)).mean():.1e}, "
@@ -119,11 +119,6 @@ def _analytic_row(rng) -> dict:
         f"Share of {PAIRS:,} random pairs of the region of interest whose point is found within {NEAR} of the size, {SIDE} texels; points "
         f"at least {TEXELS_OFF} texels from an open rim, eyes and vertices at least {known.CLEAR} sizes above the body: {'; '.join(texts)}.",
     )  # fmt: skip
-
-
-def known_side(reflector: known.Known, eye, vertex) -> np.ndarray:
-    """(N,) the larger height of both, sizes: where it is negative, none of them is before the reflector."""
-    return np.maximum(reflector.height(eye), reflector.height(vertex))
 
 
 def _order_row(rng) -> dict:
@@ -144,33 +139,32 @@ def _order_row(rng) -> dict:
 
 
 def _stiff_row(rng) -> dict:
-    texts, newton_holds, midpoint_holds = [], 0, 0
+    texts, shares_of = [], {"Newton": [], "midpoint": []}
     for ratio in STIFF:
         reflector = known.ellipsoid(1, 1 / ratio, 1 / ratio)
         eye, vertex, point = known.pairs_of_interest(rng, reflector, FEW)
         made = known.map_of(reflector, SIDE)
         normal = reflector.surface(point / np.linalg.norm(point, axis=-1, keepdims=True))[1]
         cosine = ((eye - point) * normal).sum(-1) / np.linalg.norm(eye - point, axis=-1)
-        ended = []
-        for kernel, steps in ((NEWTON, 24), (MIDPOINT, 40)):
+        for name, kernel, steps in (("Newton", NEWTON, 24), ("midpoint", MIDPOINT, 40)):
             answer = known.search(kernel, made, eye, vertex, steps=steps)
             good = answer["residual"] <= reflection_search.ACCEPTED
             by_angle = [good[(cosine > a) & (cosine <= b)] for a, b in zip(GRAZING, GRAZING[1:], strict=False)]
             shares = "/".join("-" if not len(g) else f"{g.mean():.3f}" for g in by_angle)
-            ended.append(good.mean())
+            shares_of[name].append(good.mean())
             texts.append(
-                f"{ratio}:1 {kernel_name(kernel)} {good.mean():.4f} (by angle {shares}), {answer['evaluations'].mean():.1f} look-ups, residual "
+                f"{ratio}:1 {name} {good.mean():.4f} (by angle {shares}), {answer['evaluations'].mean():.1f} look-ups, residual "
                 f"median {np.median(answer['residual']):.1e}, 99 % {np.quantile(answer['residual'], 0.99):.1e}"
             )
-        newton_holds = ratio if ended[0] >= 0.99 and newton_holds >= (ratio if ratio == 1 else 1) - 1 else newton_holds
-        midpoint_holds = ratio if ended[1] >= 0.99 else midpoint_holds
     return row(
-        "I5-stiff", [newton_holds, midpoint_holds], None, True,
+        "I5-stiff", [_up_to(shares) for shares in shares_of.values()], None, True,
         f"Largest ratio of half axes up to which 99 % end below {reflection_search.ACCEPTED} (0: none), of Newton in 24 and midpoint in 40 "
         f"steps; shares by cosine of the eye's angle, {', '.join(map(str, GRAZING))}: {'; '.join(texts)}. Needles of more than some 20:1 have "
         "tips of a few texels, whose normals jump: no search in such a map holds there, and they end as failed.",
     )  # fmt: skip
 
 
-def kernel_name(kernel) -> str:
-    return "Newton" if kernel is NEWTON else "midpoint"
+def _up_to(shares: list[float]) -> int:
+    """The last ratio before the first whose share is below 0.99; 0 if that is the first."""
+    held = np.cumprod(np.array(shares) >= 0.99).sum()
+    return (0, *STIFF)[held]

@@ -22,6 +22,7 @@ from ..core.reflector_map import IMAGES, ReflectorMap, Surface, atlas, build
 
 # Halvings of a step, and steps, after which a way is as short as float64 can tell.
 HALVINGS, STEPS = 12, 60
+BATCH = 20_000  # pairs at a time
 # Eyes and vertices of pairs are so far above the body, as round bodies' shells are; random pairs' shells begin at NEAR, in sizes.
 CLEAR, NEAR = 0.2, 1.2
 
@@ -122,26 +123,12 @@ def way(eye, vertex, point) -> np.ndarray:
 def reflected(known: Known, eye, vertex) -> np.ndarray:
     """(N, 3) where lit pairs are reflected by the endless surface: the shortest way's point."""
     p = known.touched(eye, vertex)
+    left = np.arange(len(p))
     for _ in range(STEPS):
-        chart = known.chart(p)
-        gradient, hessian = _derivatives(known, eye, vertex, chart)
-        values, axes = np.linalg.eigh(hessian)
-        values = np.maximum(np.abs(values), 1e-9)
-        move = -np.einsum("nij,nj->ni", axes, np.einsum("nji,nj->ni", axes, gradient) / values)
-        move *= np.minimum(0.5 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1)
-        length, share, best = way(eye, vertex, p), 1.0, p
-        open_ = np.ones(len(p), bool)
-        for _ in range(HALVINGS):
-            tried = known.point(move * share, chart)
-            shorter = open_ & (way(eye, vertex, tried) < length)
-            best = np.where(shorter[:, None], tried, best)
-            open_ &= ~shorter
-            share *= 0.5
-            if not open_.any():
-                break
-        moved = np.abs(best - p).max(initial=0.0)
-        p = best
-        if moved < 1e-11:
+        shorter = _step(known, eye[left], vertex[left], p[left])
+        moved = np.abs(shorter - p[left]).max(-1) > 1e-9
+        p[left], left = shorter, left[moved]
+        if not len(left):
             break
     # Lengths end at the square root of rounding; gradients do not.
     for _ in range(2):
@@ -152,6 +139,27 @@ def reflected(known: Known, eye, vertex) -> np.ndarray:
         move[small] = -np.linalg.solve(hessian[small] + 1e-12 * np.eye(2), gradient[small][..., None])[..., 0]
         p = known.point(move * np.minimum(1e-4 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1), chart)
     return p
+
+
+def _step(known: Known, eye, vertex, p) -> np.ndarray:
+    """(N, 3) points of shorter ways, or p where none is found."""
+    chart = known.chart(p)
+    gradient, hessian = _derivatives(known, eye, vertex, chart)
+    values, axes = np.linalg.eigh(hessian)
+    values = np.maximum(np.abs(values), 1e-9)
+    move = -np.einsum("nij,nj->ni", axes, np.einsum("nji,nj->ni", axes, gradient) / values)
+    move *= np.minimum(0.5 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1)
+    length, share, best = way(eye, vertex, p), 1.0, p
+    left = np.ones(len(p), bool)
+    for _ in range(HALVINGS):
+        tried = known.point(move * share, chart)
+        shorter = left & (way(eye, vertex, tried) < length)
+        best = np.where(shorter[:, None], tried, best)
+        left &= ~shorter
+        share *= 0.5
+        if not left.any():
+            break
+    return best
 
 
 def _derivatives(known: Known, eye, vertex, chart) -> tuple[np.ndarray, np.ndarray]:
@@ -189,7 +197,7 @@ def pairs_of_interest(rng, known: Known, count: int, margin=0.0, clear=CLEAR, **
     `margin` from an open rim, as a rim is known to a texel, and that are both `clear` above the body."""
     parts, have = [], 0
     while have < count:
-        eye, vertex = random_pairs(rng, 2 * count, **shell)
+        eye, vertex = random_pairs(rng, min(2 * count, BATCH), **shell)
         lit = ~known.hidden(eye, vertex) & (np.minimum(known.height(eye), known.height(vertex)) >= clear)
         eye, vertex = eye[lit], vertex[lit]
         point = reflected(known, eye, vertex)
