@@ -230,12 +230,17 @@ VIRTUAL_POINT = 3e-4
 # The order in which errors fall with the resolution: bilinear look-ups, 2.
 SEARCH_ORDER = (1.8, 2.2)
 # Shares of hidden vertices that are found to be; 1 where a reflector is not named. A needle's tips are a few texels of its map.
-HIDDEN_FOUND = {"ellipsoid 5:1": 0.98, "ellipsoid 10:1": 0.95, "ellipsoid 50:1": 0.5}
+HIDDEN_FOUND = {"ellipsoid 5:1": 0.995, "ellipsoid 10:1": 0.99, "ellipsoid 50:1": 0.97}
 # A hidden vertex against the image of what it is the image of, sizes: two searches in maps of 256 texels a face.
 HIDDEN_IMAGE = 1e-3
-# A virtual vertex moves at most so many times as far as its vertex across the limit.
-VIRTUAL_JUMP = 10.0
-# Share of vertices reflected within 0.3 sizes beyond a rim that are said to be: the closing is a mean of planes there.
-UNREFLECTED_FOUND = 0.8
+# A virtual vertex's step over the square root of its vertex's, across the limit: a line of sight enters a surface that it grazes at the
+# square root of its depth (3.7 measured), and steps on both sides of the limit end there.
+VIRTUAL_JUMP = 6.0
+# Share of vertices reflected within 0.3 sizes beyond a rim that are said to be: a plane's closing is the plane, a bent surface's is
+# a mean of tangent planes in which most searches fail.
+UNREFLECTED_FOUND = {"plane": 0.9, "paraboloid": 0.0}
 # The search on the GPU against NumPy: share of equal statuses, and the distance of points where they are, sizes.
 SEARCH_STATUS_GPU, SEARCH_POINT_GPU = 0.999, 1e-5
+# A look-up in a map of 64 texels a face, largest error: an eighth of a texel's square, 1.2e-4, times the curvature over directions, which
+# is 1 on a sphere and some twenty at the ends of the ellipsoid and where rays graze the paraboloid; (point, normal).
+MAP_ERROR = (4e-3, 4e-3)

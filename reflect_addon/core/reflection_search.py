@@ -150,10 +150,11 @@ def descend(k, scope, observer, vertex, block, begin):
         hopeless = (count >= PATIENCE) & (state[1] > HOPELESS)
         return state, (state[2] <= tolerance) | (state[4] < 1e-3) | hopeless
 
-    best, _, residual, _, _, count, eye_side, vertex_side = k.loop(
+    best, _, residual, move, _, count, eye_side, vertex_side = k.loop(
         scope.options["steps"], (begin, 1e9, 2.0, k.vec3(0.0), 1.0, 0.0, -1.0, -1.0), step
     )
-    return best, residual, count, eye_side, vertex_side
+    # The last point's own step costs nothing: where light grazes, the residual's tolerance is far in sizes.
+    return k.select(residual <= tolerance, best + move, best), residual, count, eye_side, vertex_side
 
 
 def _sight(k, observer, vertex):
@@ -229,10 +230,10 @@ def _front(k, scope, observer, vertex, block, toward, deep, reach):
         )  # fmt: skip
         return state, k.abs(value) < 2e-7 * (1.0 + k.length(at(tried)))
 
-    # A ball as wide as the reflector is here would be entered so far above the lowest place; twice that is outside.
+    # Neither the reflector nor a ball as wide as it is here reaches so far above the lowest place.
     lowest = at(deep)
     below = look(k, scope, block, lowest, False).point
-    outside = k.min(deep + 2.0 * k.length(below) + k.length(lowest), reach)
+    outside = k.min(deep + k.max(2.0 * k.length(below) + k.length(lowest), AROUND), reach)
     inner, outer = _height(k, scope, lowest, block), _height(k, scope, at(outside), block)
     begin = (deep, outside, inner, outer, 0.0, 3.0)
     low, high, low_value, high_value, _, count = k.loop(scope.options["steps"], begin, step)
@@ -265,18 +266,18 @@ def _residual(k, here: _There):
 def midpoint(k, scope, observer, vertex, start, block, ball, cone):
     """Kernel of the paper's search (4.3), two map evaluations a step. Hidden vertices: its inverse search (6.1)."""
     begin = begin_at(k, observer, vertex, start)
-    first = follow(k, scope, observer, vertex, begin, block, False)
+    first = follow(k, scope, observer, vertex, block, begin)
     again = ~_found(k, first, False)
 
     def second():
-        return (*follow(k, scope, observer, vertex, k.normalize(observer.xyz), block, True), 1.0)
+        return (*follow(k, scope, observer, vertex, block, k.normalize(observer.xyz), True), 1.0)
 
     direction, residual, evaluations, *rest, hidden = k.branch(again, second, lambda: (*first, 0.0))
     evaluations = k.select(again, evaluations + first[2], evaluations)
     return _answer(k, scope, observer, vertex, block, direction, residual, evaluations, hidden > 0.5)
 
 
-def follow(k, scope, observer, vertex, begin, block, behind: bool):
+def follow(k, scope, observer, vertex, block, begin, behind: bool = False):
     """(place on the cube map, residual, evaluations, toward eye, toward vertex)."""
     epsilon = scope.options["tolerance"]
 
@@ -302,10 +303,10 @@ def follow(k, scope, observer, vertex, begin, block, behind: bool):
         k.cite("4.3: very different vectors shrink the step, similar ones let it grow")
         off = k.length(bent_there - bent) / k.max(k.length(bent), 1e-12)
         ended = sine <= epsilon
-        follow = k.select(ended, place, _on_cube(k, place + bent_there * size))
+        onward = k.select(ended, place, _on_cube(k, place + bent_there * size))
         grown = size * k.select(off > 0.6, 0.5, k.select(off < 0.4, 1.5, 1.0))
         state = (
-            follow, sine, grown, count + 2.0, k.dot(here.eye, here.normal), k.dot(here.vertex, here.normal), place
+            onward, sine, grown, count + 2.0, k.dot(here.eye, here.normal), k.dot(here.vertex, here.normal), place
         )
         return state, ended
 

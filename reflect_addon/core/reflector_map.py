@@ -86,25 +86,28 @@ def _in_a_row(faces: np.ndarray) -> np.ndarray:
 
 
 def _closed(directions, distance, normal, inside) -> tuple[np.ndarray, np.ndarray]:
-    """(distance, unit normal) everywhere; all (6, n, n, ...)."""
+    """(distance, unit normal) everywhere; all (6, n, n, ...). distance and normal are written to."""
     known = inside.copy()
     if known.all():
         return distance, normal
     if not known.any():
         return np.ones_like(distance), directions
+    offset = np.einsum("fyxc,fyxc->fyx", directions, normal) * distance
+    # (normal, its plane's distance from the centre, the point's, 1), in a border of nothing.
+    planes = np.concatenate([normal, np.stack([offset, distance, np.ones_like(distance)], -1)], -1) * known[..., None]
+    planes = np.pad(planes, ((0, 0), (1, 1), (1, 1), (0, 0)))
     for _ in range(PLANES):
-        offset = np.einsum("fyxc,fyxc->fyx", directions, normal) * distance
-        plane = np.concatenate([normal, np.stack([offset, distance, np.ones_like(distance)], -1)], -1) * known[..., None]
-        near = _neighbours(plane)
-        count = np.maximum(near[..., 5], 1)
-        mean = near[..., :5] / count[..., None]
-        length = np.maximum(np.linalg.norm(mean[..., :3], axis=-1), 1e-12)
-        facing = np.einsum("fyxc,fyxc->fyx", directions, mean[..., :3])
-        met = mean[..., 3] / np.where(np.abs(facing) > STEEP * length, facing, np.inf)
-        fresh = ~known & (near[..., 5] > 0) & (met > 0) & (met < FAR_OFF * mean[..., 4])
-        distance = np.where(fresh, met, distance)
-        normal = np.where(fresh[..., None], mean[..., :3] / length[..., None], normal)
-        known |= fresh
+        f, y, x = np.nonzero(~known & _beside(known))
+        near = planes[f, y, x + 1] + planes[f, y + 2, x + 1] + planes[f, y + 1, x] + planes[f, y + 1, x + 2]
+        mean = near[:, :5] / near[:, 5:]
+        length = np.maximum(np.linalg.norm(mean[:, :3], axis=-1), 1e-12)
+        facing = (directions[f, y, x] * mean[:, :3]).sum(-1)
+        met = mean[:, 3] / np.where(np.abs(facing) > STEEP * length, facing, np.inf)
+        fresh = (met > 0) & (met < FAR_OFF * mean[:, 4])
+        f, y, x, mean, met, length = (v[fresh] for v in (f, y, x, mean, met, length))
+        distance[f, y, x], normal[f, y, x], known[f, y, x] = met, mean[:, :3] / length[:, None], True
+        offset = (directions[f, y, x] * normal[f, y, x]).sum(-1) * met
+        planes[f, y + 1, x + 1] = np.concatenate([normal[f, y, x], np.stack([offset, met, np.ones_like(met)], -1)], -1)
     # Farther off: planes that are means of ever wider parts of the rim, no farther than FAR_OFF.
     facing = np.einsum("fyxc,fyxc->fyx", directions, normal)
     weights = known.astype(float)[..., None]
@@ -119,13 +122,13 @@ def _closed(directions, distance, normal, inside) -> tuple[np.ndarray, np.ndarra
     return np.where(known, distance, far), np.where(known[..., None], normal, turned)
 
 
-def _neighbours(values: np.ndarray) -> np.ndarray:
-    """The sum of the four neighbours within a face."""
-    out = np.zeros_like(values)
-    out[:, 1:] += values[:, :-1]
-    out[:, :-1] += values[:, 1:]
-    out[:, :, 1:] += values[:, :, :-1]
-    out[:, :, :-1] += values[:, :, 1:]
+def _beside(known: np.ndarray) -> np.ndarray:
+    """Whether one of the four neighbours within a face is."""
+    out = np.zeros_like(known)
+    out[:, 1:] |= known[:, :-1]
+    out[:, :-1] |= known[:, 1:]
+    out[:, :, 1:] |= known[:, :, :-1]
+    out[:, :, :-1] |= known[:, :, 1:]
     return out
 
 

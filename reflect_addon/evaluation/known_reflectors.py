@@ -22,6 +22,9 @@ from ..core.reflector_map import IMAGES, ReflectorMap, Surface, atlas, build
 
 # Halvings of a step, and steps, after which a way is as short as float64 can tell.
 HALVINGS, STEPS = 12, 60
+BATCH = 20_000  # pairs at a time
+# Eyes and vertices of pairs are so far above the body, as round bodies' shells are; random pairs' shells begin at NEAR, in sizes.
+CLEAR, NEAR = 0.2, 1.2
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,7 @@ class Known:
     chart: Callable  # points (N, 3) on the surface -> what `point` needs around each, whose parameters are then 0
     touched: Callable  # (eye, vertex) (N, 3) -> points (N, 3) of the surface to start from, before the body
     hidden: Callable  # (eye, vertex) (N, 3) -> (N,) bool: the body is between them
+    height: Callable  # points (N, 3) -> (N,) how far they are above the body, straight up, or from the centre, over its radius there
     there: Callable  # points (N, 3) of the endless surface, margin -> (N,) bool: this piece has them, that far from its rim
 
 
@@ -58,7 +62,7 @@ def ellipsoid(*axes: float) -> Known:
     def hidden(eye, vertex):
         return np.linalg.norm(_nearest(eye / a, vertex / a), axis=-1) < 1
 
-    return Known(surface, point, chart, touched, hidden, lambda p, margin: np.ones(len(p), bool))
+    return Known(surface, point, chart, touched, hidden, lambda p: np.linalg.norm(p / a, axis=-1) - 1, lambda p, margin: np.ones(len(p), bool))
 
 
 def paraboloid(top: float = 0.5, bend: float = 0.4) -> Known:
@@ -87,6 +91,7 @@ def paraboloid(top: float = 0.5, bend: float = 0.4) -> Known:
 
     return Known(
         surface, point, lambda p: p[:, :2], lambda eye, vertex: point((eye[:, :2] + vertex[:, :2]) / 2, 0.0), hidden,
+        lambda p: p[:, 2] - top + bend * (p[:, :2] ** 2).sum(-1),
         lambda p, margin: np.linalg.norm(p[:, :2], axis=-1) < 1 - margin,
     )  # fmt: skip
 
@@ -106,7 +111,7 @@ def plane(below: float = 0.7) -> Known:
 
     return Known(
         surface, lambda u, p: p + np.pad(u, ((0, 0), (0, 1))), lambda p: p, touched,
-        lambda eye, vertex: np.minimum(eye[:, 2], vertex[:, 2]) < below, lambda p, margin: (np.abs(p[:, :2]) < 1 - margin).all(-1),
+        lambda eye, vertex: np.minimum(eye[:, 2], vertex[:, 2]) < below, lambda p: p[:, 2] - below, lambda p, margin: (np.abs(p[:, :2]) < 1 - margin).all(-1),
     )  # fmt: skip
 
 
@@ -118,26 +123,12 @@ def way(eye, vertex, point) -> np.ndarray:
 def reflected(known: Known, eye, vertex) -> np.ndarray:
     """(N, 3) where lit pairs are reflected by the endless surface: the shortest way's point."""
     p = known.touched(eye, vertex)
+    left = np.arange(len(p))
     for _ in range(STEPS):
-        chart = known.chart(p)
-        gradient, hessian = _derivatives(known, eye, vertex, chart)
-        values, axes = np.linalg.eigh(hessian)
-        values = np.maximum(np.abs(values), 1e-9)
-        move = -np.einsum("nij,nj->ni", axes, np.einsum("nji,nj->ni", axes, gradient) / values)
-        move *= np.minimum(0.5 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1)
-        length, share, best = way(eye, vertex, p), 1.0, p
-        open_ = np.ones(len(p), bool)
-        for _ in range(HALVINGS):
-            tried = known.point(move * share, chart)
-            shorter = open_ & (way(eye, vertex, tried) < length)
-            best = np.where(shorter[:, None], tried, best)
-            open_ &= ~shorter
-            share *= 0.5
-            if not open_.any():
-                break
-        moved = np.abs(best - p).max(initial=0.0)
-        p = best
-        if moved < 1e-11:
+        shorter = _step(known, eye[left], vertex[left], p[left])
+        moved = np.abs(shorter - p[left]).max(-1) > 1e-9
+        p[left], left = shorter, left[moved]
+        if not len(left):
             break
     # Lengths end at the square root of rounding; gradients do not.
     for _ in range(2):
@@ -148,6 +139,27 @@ def reflected(known: Known, eye, vertex) -> np.ndarray:
         move[small] = -np.linalg.solve(hessian[small] + 1e-12 * np.eye(2), gradient[small][..., None])[..., 0]
         p = known.point(move * np.minimum(1e-4 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1), chart)
     return p
+
+
+def _step(known: Known, eye, vertex, p) -> np.ndarray:
+    """(N, 3) points of shorter ways, or p where none is found."""
+    chart = known.chart(p)
+    gradient, hessian = _derivatives(known, eye, vertex, chart)
+    values, axes = np.linalg.eigh(hessian)
+    values = np.maximum(np.abs(values), 1e-9)
+    move = -np.einsum("nij,nj->ni", axes, np.einsum("nji,nj->ni", axes, gradient) / values)
+    move *= np.minimum(0.5 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1)
+    length, share, best = way(eye, vertex, p), 1.0, p
+    left = np.ones(len(p), bool)
+    for _ in range(HALVINGS):
+        tried = known.point(move * share, chart)
+        shorter = left & (way(eye, vertex, tried) < length)
+        best = np.where(shorter[:, None], tried, best)
+        left &= ~shorter
+        share *= 0.5
+        if not left.any():
+            break
+    return best
 
 
 def _derivatives(known: Known, eye, vertex, chart) -> tuple[np.ndarray, np.ndarray]:
@@ -174,19 +186,19 @@ def _derivatives(known: Known, eye, vertex, chart) -> tuple[np.ndarray, np.ndarr
     return gradient, hessian
 
 
-def random_pairs(rng, known: Known, count: int, near=1.2, far=8.0) -> tuple[np.ndarray, np.ndarray]:
+def random_pairs(rng, count: int, near=NEAR, far=8.0) -> tuple[np.ndarray, np.ndarray]:
     """(eyes, vertices) (count, 3), evenly over directions and distances from the centre."""
     eye, vertex = (_unit(rng.normal(size=(count, 3))) * rng.uniform(near, far, (count, 1)) for _ in range(2))
     return eye, vertex
 
 
-def pairs_of_interest(rng, known: Known, count: int, margin=0.0, **shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pairs_of_interest(rng, known: Known, count: int, margin=0.0, clear=CLEAR, **shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(eyes, vertices, reflection points) (count, 3): random pairs of the region of interest, whose points are at least
-    `margin` from an open rim: a rim is known to a texel."""
+    `margin` from an open rim, as a rim is known to a texel, and that are both `clear` above the body."""
     parts, have = [], 0
     while have < count:
-        eye, vertex = random_pairs(rng, known, 2 * count, **shell)
-        lit = ~known.hidden(eye, vertex)
+        eye, vertex = random_pairs(rng, min(2 * count, BATCH), **shell)
+        lit = ~known.hidden(eye, vertex) & (np.minimum(known.height(eye), known.height(vertex)) >= clear)
         eye, vertex = eye[lit], vertex[lit]
         point = reflected(known, eye, vertex)
         seen = known.there(point, margin)
@@ -214,6 +226,18 @@ def search(kernel, made: ReflectorMap, eye, vertex, start=None, mirror=1.0, step
     tolerance = reflection_search.TOLERANCE if tolerance is None else tolerance
     asset = SimpleNamespace(images=images, uniforms={})
     return evaluate(_program(kernel, int(steps), float(tolerance)), inputs, asset, dtype=dtype, counts=counts)
+
+
+@cache
+def first_search(way: Callable) -> Callable:
+    """Kernel of reflection_search.descend or .follow alone, without what comes after it for hidden vertices."""
+
+    def kernel(k, scope, observer, vertex, start, block, ball, cone):
+        begin = reflection_search.begin_at(k, observer, vertex, start)
+        direction, residual, evaluations, *_ = way(k, scope, observer, vertex, block, begin)
+        return {"direction": direction, "residual": residual, "evaluations": evaluations}
+
+    return kernel
 
 
 @cache

@@ -14,7 +14,7 @@ from reflect_addon.evaluation import known_reflectors as known
 
 SIDE = 256
 MARGIN = 6 / SIDE  # three texels
-COUNT = 3000
+COUNT = 2000
 ANALYTIC = {**shapes.OPEN, **{name: shapes.ROUND[name] for name in ("sphere", "ellipsoid")}}
 
 
@@ -55,8 +55,8 @@ def test_shortest_ways_are_alhazens(rng):
 @pytest.mark.parametrize("name", shapes.ROUND)
 def test_hidden_is_never_reflected(maps, rng, name, kernel):
     reflector = shapes.ROUND[name]
-    eye, vertex = known.random_pairs(rng, reflector, 4000)
-    eye, vertex = eye[:1500], -unit(eye[:1500]) * np.linalg.norm(vertex[:1500], axis=-1, keepdims=True) + rng.normal(size=(1500, 3)) * 0.3
+    eye, vertex = known.random_pairs(rng, 1000)
+    vertex = -unit(eye) * np.linalg.norm(vertex, axis=-1, keepdims=True) + rng.normal(size=eye.shape) * 0.3
     hidden = reflector.hidden(eye, vertex) & (np.linalg.norm(vertex, axis=-1) > 1)
     answer = known.search(kernel, maps(name, reflector), eye[hidden], vertex[hidden])
     assert np.isin(answer["status"], (status.HIDDEN, status.FAILED)).all()
@@ -79,14 +79,15 @@ def test_hidden_vertices_are_images(maps, rng):
 
 @pytest.mark.parametrize("name", ["sphere", "ellipsoid"])
 def test_virtual_vertices_are_continuous_across_the_limit(maps, name):
-    steps = np.linspace(0.5, 1.5, 2001)
-    vertex = np.stack([np.full_like(steps, -1.5), steps, 0.2 + 0 * steps], -1)
-    eye = np.broadcast_to([4.0, 0.5, 0.3], vertex.shape)
-    answer = known.search(search.newton, maps(name, shapes.ROUND[name]), eye, vertex)
-    known_ = answer["status"] != status.FAILED
-    assert {status.CONVERGED, status.HIDDEN} == set(answer["status"][known_].tolist()) and known_.mean() > 0.999
-    jump = np.linalg.norm(np.diff(answer["virtual"][known_, :3], axis=0), axis=-1).max()
-    assert jump <= tolerances.VIRTUAL_JUMP * (steps[1] - steps[0])
+    for count in (200, 2000, 20000):
+        steps = np.linspace(-0.3, 1.5, count + 1)
+        vertex = np.stack([np.full_like(steps, -1.5), steps, 0.2 + 0 * steps], -1)
+        eye = np.broadcast_to([4.0, 0.5, 0.3], vertex.shape)
+        answer = known.search(search.newton, maps(name, shapes.ROUND[name]), eye, vertex)
+        said = answer["status"] != status.FAILED
+        assert {status.CONVERGED, status.HIDDEN} == set(answer["status"][said].tolist()) and (~said).sum() <= 1 + count / 1000
+        jump = np.linalg.norm(np.diff(answer["virtual"][said, :3], axis=0), axis=-1).max()
+        assert jump <= tolerances.VIRTUAL_JUMP * np.sqrt(1.8 / count)
 
 
 @pytest.mark.parametrize("name", shapes.OPEN)
@@ -99,7 +100,7 @@ def test_beyond_an_open_rim_nothing_is_reflected(maps, rng, name):
     answer = known.search(search.newton, maps(name, reflector), eye[beyond], vertex[beyond])["status"]
     assert beyond.sum() > 100 and not np.isin(answer, (status.CONVERGED, status.HIDDEN)).any()
     near = reflector.there(point[beyond], -0.3)
-    assert (answer[near] == status.UNREFLECTED).mean() > tolerances.UNREFLECTED_FOUND
+    assert (answer[near] == status.UNREFLECTED).mean() > tolerances.UNREFLECTED_FOUND[name]
 
 
 def test_a_warm_start_takes_fewer_evaluations(maps, rng):
@@ -114,9 +115,10 @@ def test_a_warm_start_takes_fewer_evaluations(maps, rng):
 def test_newton_takes_half_the_evaluations_of_midpoint(maps, rng):
     made = maps("ellipsoid", shapes.ROUND["ellipsoid"])
     eye, vertex, _ = known.pairs_of_interest(rng, shapes.ROUND["ellipsoid"], 1000)
-    for tolerance in (1e-2, 1e-3, 1e-4):
-        ours, theirs = (known.search(kernel, made, eye, vertex, steps=60, tolerance=tolerance) for kernel in (search.newton, search.midpoint))
-        both = (ours["point"][:, 3] <= tolerance) & (theirs["point"][:, 3] <= tolerance)
+    ways = [known.first_search(way) for way in (search.descend, search.follow)]
+    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5):
+        ours, theirs = (known.search(way, made, eye, vertex, steps=100, tolerance=tolerance) for way in ways)
+        both = (ours["residual"] <= tolerance) & (theirs["residual"] <= tolerance)
         assert both.mean() > 0.95 and ours["evaluations"][both].mean() <= 0.5 * theirs["evaluations"][both].mean()
 
 
