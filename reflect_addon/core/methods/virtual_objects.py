@@ -48,12 +48,14 @@ SETTINGS = {
     "finish": Setting("Finish", "Let each pixel's own ray meet the triangle that is drawn there. Without it pictures are as published: "
                       "what lies between vertices is interpolated", advanced=True),
 }  # fmt: skip
-DEFAULTS = {"map_texels": 256, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True}
+DEFAULTS = {"map_texels": 128, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True}
 # Columns of the table, a row for each piece of a part that is searched by itself: the map's block and which side mirrors; the map's
 # centre and size; the ball around the piece, in map space; the axis of its normals and the cosine of the farthest; where to start.
 PLACE, CENTER, BALL, CONE, START, COLUMNS = range(6)
 # Pieces of a part that is not convex, and of all.
 MOST_PIECES, MOST = 8, 24
+# Of the texels asked for: what a flat part's map has, and texels that every map has.
+FLAT_SHARE, LEAST = 0.25, 32
 # Triangles from whose other side rays are sent, four each, and the share of them that must meet the reflector.
 PROBES, ENCLOSED = 48, 0.9
 # Radians that are added to a cone of normals: a triangle of the scene is drawn where all its vertices are found, and turns normals by
@@ -83,9 +85,9 @@ def bake(job: BakeJob) -> Asset:
         raise ReflectError(
             f"The reflector '{job.reflector.name}' has no surface that could be searched.", "Give it faces with an area."
         )
-    side = int(job.settings["map_texels"])
+    side, largest = int(job.settings["map_texels"]), max(part.size for part in found)
     maps = [
-        reflector_map.build(p.center, p.size, side, part_surface(p, positions, triangles, normals)) for p in found
+        reflector_map.build(p.center, p.size, _side(p, side, largest), part_surface(p, positions, triangles, normals)) for p in found
     ]
     images, blocks = reflector_map.atlas(maps)
     rows = []
@@ -118,6 +120,12 @@ def _mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, n
         normals = -normals
     length = np.linalg.norm(normals, axis=-1, keepdims=True)
     return scene.world_positions(reflector), mesh.triangles[chosen], normals / np.where(length > 0, length, 1.0)
+
+
+def _side(part, side: int, largest: float) -> int:
+    """Texels of a part's map: fewer for a smaller part and for a flat one, to a power of two."""
+    wanted = side * min(part.size / max(largest, 1e-300), FLAT_SHARE if part.kind == "flat" else 1.0)
+    return int(2 ** np.clip(np.ceil(np.log2(max(wanted, 1.0))), np.log2(min(LEAST, side)), np.log2(side)))
 
 
 def _is_inside(job: BakeJob, part, positions, triangles) -> bool:
