@@ -12,28 +12,9 @@ except ImportError:  # Windows: one process
     fcntl = None
 
 HERE = Path(__file__).parent
-# Files that take long, longest first: begun last, one would leave the other process without work. A new file may be missing.
-LONG = (
-    "eval/test_claims_finite.py",
-    "device/test_methods_agree.py",
-    "blender/test_methods_nodes.py",
-    "eval/test_claims_mirrors.py",
-    "eval/test_claims_rooms.py",
-    "eval/test_bench_yu.py",
-    "eval/test_bench_mirrors.py",
-    "eval/test_claims_worlds.py",
-    "eval/test_claims_samples.py",
-    "eval/test_claims_contact.py",
-    "eval/test_claims_light_field.py",
-    "eval/test_claims_glossy.py",
-    "eval/test_claims_rough.py",
-    "device/test_follow.py",
-    "device/test_follow_maps.py",
-    "device/test_background.py",
-    "device/test_virtual_objects.py",
-    "blender/test_bad_machines.py",
-    "blender/test_bad_assets.py",
-)
+# What takes long goes first: begun last, it would leave the other process without work. These files, then these folders.
+FIRST = ("eval/test_claims_finite.py", "blender/test_bad_models.py", "blender/test_methods_nodes.py", "eval/test_claims_mirrors.py",
+         "device/test_methods_agree.py", "eval", "device", "blender")  # fmt: skip
 
 
 def count(config) -> int:
@@ -43,9 +24,13 @@ def count(config) -> int:
 
 
 def order(items) -> None:
-    """Long files first; within a file, and among the others, as they were."""
-    place = {HERE / name: i for i, name in enumerate(LONG)}
-    items.sort(key=lambda item: place.get(item.path, len(place)))
+    """As FIRST says; within a file, and among files of one place, as they were."""
+
+    def place(item) -> int:
+        path = item.path.relative_to(HERE)
+        return min((FIRST.index(name) for name in (path.as_posix(), path.parent.as_posix()) if name in FIRST), default=len(FIRST))
+
+    items.sort(key=place)
 
 
 @contextmanager
@@ -68,9 +53,10 @@ def is_worker(config) -> bool:
     return hasattr(config, "workerinput")
 
 
-# The hooks, which conftest.py takes over. The others' hooks are missing where pytest-xdist is switched off (-n0 does not).
+# The hooks, which conftest.py takes over.
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
     return count(config)
 
