@@ -73,7 +73,7 @@ def octree(positions: np.ndarray, instance: np.ndarray) -> Octree:
         unit = unit[first]
         offsets = np.concatenate([2 * CORNERS, [[1, 1, 1]]])
         keys.append(pack(owner[:, None], place[:, None] + unit[:, None] // 2 * offsets))
-        leaf = (count <= FEW) | (2 * unit.min(1) < 8)
+        leaf = (count <= FEW) | (unit.min(1) < 4) | (box.extent.max(1) == 0)[owner]
         found.append((parent[first].astype(np.int32), leaf, vertex.astype(np.int32), of.astype(np.int32), where.astype(np.float32)))
         on = ~leaf[of]
         vertex, parent = vertex[on], of[on]
