@@ -25,7 +25,7 @@ CORNERS = np.stack([np.arange(8) >> axis & 1 for axis in range(3)], -1)
 BITS = 15
 MOST = 1 << (BITS - 1)
 # Trials of a grid's resolution.
-TRIALS = 16
+TRIALS = 8
 # An extent below this share of the longest is flat.
 FLAT = 1e-6
 
@@ -115,19 +115,21 @@ def grid(positions: np.ndarray, instance: np.ndarray, share: float) -> Grid:
 
 
 def _resolution(box: Boxes, share: float) -> np.ndarray:
-    """(I, 3) int64 cells along the axes, so that the nodes in use come nearest to the share: by halving, all instances at once."""
+    """(I, 3) int64 cells along the axes, so that the nodes in use come nearest to the share: tried for all instances at once."""
     shape, wanted = box.shape, share * box.count
     low, high = np.zeros(len(wanted)), np.full(len(wanted), np.log2(MOST))
     best, miss = np.ones((len(wanted), 3), np.int64), np.abs(8 - wanted)
+    # Of a surface, nodes grow with the square of the resolution; where that leads astray, halving goes on.
+    tried = np.clip(np.log2(np.maximum(wanted, 8) / 8) / 2, low, high)
     for _ in range(TRIALS):
-        # A line of cells has four nodes to a cell: more are not tried.
-        middle = np.minimum((low + high) / 2, np.log2(np.maximum(wanted, 2)))
-        number = np.clip(np.rint(shape * 2.0 ** middle[:, None]), 1, MOST).astype(np.int64)
+        number = np.clip(np.rint(shape * 2.0 ** tried[:, None]), 1, MOST).astype(np.int64)
         nodes = np.unique(corners(np.unique(pack(box.owner, box.cells(number)[0]))))
         used = np.bincount(unpack(nodes)[0], minlength=len(wanted))
         nearer = np.abs(used - wanted) < miss
         best[nearer], miss[nearer] = number[nearer], np.abs(used - wanted)[nearer]
-        low, high = np.where(used < wanted, middle, low), np.where(used < wanted, high, middle)
+        low, high = np.where(used < wanted, tried, low), np.where(used < wanted, high, tried)
+        tried = tried + np.log2(np.maximum(wanted, 1) / np.maximum(used, 1)) / 2
+        tried = np.where((tried > low) & (tried < high), tried, (low + high) / 2)
     return best
 
 
@@ -141,10 +143,10 @@ def over_distance(virtual: np.ndarray, eye: np.ndarray) -> np.ndarray:
 
 def trilinear(corner: np.ndarray, where: np.ndarray) -> np.ndarray:
     """(V, K) of the values (V, 8, K) at the corners of each one's cell; where: (V, 3)."""
-    for axis in (2, 1, 0):
-        half, t = corner.shape[1] // 2, where[:, axis, None, None]
-        corner = corner[:, :half] * (1 - t) + corner[:, half:] * t
-    return corner[:, 0]
+    lower = 1 - where
+    x, y, z = (np.stack([lower[:, axis], where[:, axis]], 1) for axis in range(3))
+    weight = (z[:, :, None, None] * y[:, None, :, None] * x[:, None, None, :]).reshape(-1, 1, 8)
+    return np.matmul(weight, corner)[:, 0]
 
 
 def status_of(corner: np.ndarray) -> np.ndarray:

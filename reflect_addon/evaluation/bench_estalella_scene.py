@@ -28,7 +28,7 @@ from .frame import open_frame
 REFLECTOR = "Kettle"
 SIDE = 256  # texels along a face of the reflector's map
 WIDTH, HEIGHT = 320, 240  # px
-WIDEST = 0.06  # rad, of an edge as seen from a reflector
+WIDEST = 0.15  # rad, of an edge as seen from a reflector
 # Steps of each search at which both leave the same residuals: bench_estalella_grid measures them.
 STEPS = {"newton": 24, "midpoint": 40}
 
@@ -92,7 +92,9 @@ def kitchen() -> Kitchen:
     images, blocks = reflector_map.atlas([reflector_map.build(part.center, part.size, SIDE, surface)])
     ball, cone = virtual_objects._around(part, positions, triangles, normals)
     space = MapSpace(part.center, np.eye(3) / part.size)
-    mesh = virtual_mesh(scene, {i.name: _plain(scene, i) for i in scene.instances if i is not reflector}, WIDEST)
+    # Split for this reflector alone.
+    alone = replace(scene, instances=tuple(replace(i, is_reflector=i.name == REFLECTOR) for i in scene.instances))
+    mesh = virtual_mesh(alone, {i.name: _plain(scene, i) for i in scene.instances if i is not reflector}, WIDEST)
     matrices = space.from_objects(np.stack([scene.named()[name].world_from_object for name in mesh.names]))
     programs = {
         name: record_function(
