@@ -6,6 +6,7 @@ levels and are searched once. From the coarsest level on, a cell's middle is sea
 what trilinear interpolation would say. Only where the two differ by more than the tolerance, in pixels, is the cell taken apart.
 A vertex is interpolated in the last cell that it is in; a cell of few vertices is not taken apart, but they are searched.
 Sides that are short are halved later than long ones, so that cells stay near to cubes.
+A cell across the reflector's silhouette (virtual_grid.py) is taken apart until its reflected side is no wider than the tolerance.
 Cells that are hidden altogether show nothing and count as good. Those where nothing is found, corners nor middle, are given up
 from the level SURE on: this part of the reflector shows nothing of them.
 Limits. One sample a cell: what bends by the same amount both ways between corners and middle goes unseen. Across the face between
@@ -17,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .virtual_grid import BITS, CORNERS, boxes, pack, status_of, trilinear, unpack
-from .virtual_status import FAILED, HIDDEN
+from .virtual_grid import BITS, CORNERS, across_silhouette, boxes, pack, trilinear, unpack
+from .virtual_status import CONVERGED, FAILED, HIDDEN
 
 # Halvings of a box's longest side in its first level; cells of as few vertices are not taken apart.
 FIRST, FEW = 1, 8
@@ -88,9 +89,7 @@ def octree(positions: np.ndarray, instance: np.ndarray) -> Octree:
 
 
 def follow(tree: Octree, search: Search, project: Project, tolerance: float) -> tuple[np.ndarray, np.ndarray, int]:
-    """(virtual (V, 4), status (V,), how many searches) of the vertices, to a tolerance in pixels.
-
-    What `search` gives is interpolated as it is, homogeneous: see virtual_grid.over_distance."""
+    """(virtual (V, 4), status (V,), how many searches) of the vertices, to a tolerance in pixels."""
     virtual, status = np.zeros((len(tree.position), 4)), np.full(len(tree.position), FAILED)
     value, state = np.zeros((len(tree.node_position), 4)), np.zeros(len(tree.node_position))
     searched, active = 0, None
@@ -107,7 +106,7 @@ def follow(tree: Octree, search: Search, project: Project, tolerance: float) -> 
         mine = here[level.cell]
         cell = level.cell[mine]
         virtual[level.vertex[mine]] = trilinear(value[level.nodes[cell, :8]], level.where[mine])
-        status[level.vertex[mine]] = status_of(state[level.nodes[:, :8]])[cell]
+        status[level.vertex[mine]] = state[level.nodes[cell, :8]].min(1)
         by_itself.append(level.vertex[(apart & level.leaf)[level.cell]])
         active = apart & ~level.leaf
     rest = np.concatenate(by_itself)
@@ -119,5 +118,10 @@ def _errs(value, state, project: Project, tolerance: float, sure: bool) -> np.nd
     """(C,) bool: which cells are taken apart, of what was found at their corners and middles, (C, 9, 4) and (C, 9)."""
     error = np.linalg.norm(project(value[:, 8]) - project(value[:, :8].mean(1)), axis=1)
     failed = state == FAILED
+    # Across the silhouette what counts is how much of the screen the cell's reflected side takes.
+    place = np.where((state == CONVERGED)[..., None], project(value.reshape(-1, 4)).reshape(-1, 9, 2), np.nan)
+    with np.errstate(all="ignore"):
+        wide = np.linalg.norm(np.fmax.reduce(place, 1) - np.fmin.reduce(place, 1), axis=1)
+    error = np.where(across_silhouette(state), wide, error)
     wrong = failed.any(1) | ~(error <= tolerance)
     return wrong & ~(state == HIDDEN).all(1) & ~(failed.all(1) & sure)
