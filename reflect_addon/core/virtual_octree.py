@@ -6,11 +6,12 @@ levels and are searched once. From the coarsest level on, a cell's middle is sea
 what trilinear interpolation would say. Only where the two differ by more than the tolerance, in pixels, is the cell taken apart.
 A vertex is interpolated in the last cell that it is in; a cell of few vertices is not taken apart, but they are searched.
 Sides that are short are halved later than long ones, so that cells stay near to cubes.
-A cell across the reflector's silhouette (virtual_grid.py) is taken apart until its reflected side is no wider than the tolerance.
-Cells that are hidden altogether show nothing and count as good. Those where nothing is found, corners nor middle, are given up
-from the level SURE on: this part of the reflector shows nothing of them.
-Limits. One sample a cell: what bends by the same amount both ways between corners and middle goes unseen. Across the face between
-cells of different levels interpolation jumps, by less than the tolerance; the mesh stays whole, as each vertex has one value.
+A cell across the reflector's silhouette, or with nodes that were not found (virtual_grid.py), is taken apart until its reflected side is
+no wider on the screen than the tolerance; corners that were not found then are what the others are. Vertices of the last such cells
+are searched. Cells that are hidden altogether show nothing and count as good; those where nothing was found at all are given up: this
+part of the reflector shows nothing of them. All this only from the level SURE on, before which nodes are too few to say so.
+Limits. One sample a cell: what bends both ways between corners and middle goes unseen. Across the face between cells of different
+levels interpolation jumps, by less than the tolerance; the mesh stays whole, as each vertex has one value.
 """
 
 from collections.abc import Callable
@@ -25,8 +26,10 @@ from .virtual_status import CONVERGED, FAILED, HIDDEN
 FIRST, FEW = 1, 8
 # Places along a side of a box: the finest cells are two wide, since they have a middle.
 UNITS = 1 << (BITS - 1)
-# From this level on, cells of which nothing was found are given up.
+# From this level on what nodes say is taken for the whole cell: that nothing of it is found, or how much of the screen it takes.
 SURE = 2
+# What may lie between a cell's middle and its corners, over what is seen at its middle, where bends across its axes may cancel.
+UNSEEN = 2.0
 
 # search(points (n, 3) object space, instance (n,)) -> (virtual (n, 4), status (n,)); project(virtual (n, 4)) -> (n, 2) px
 Search = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -102,11 +105,10 @@ def follow(tree: Octree, search: Search, project: Project, tolerance: float) -> 
         searched += len(nodes)
         apart = np.zeros(len(level.nodes), bool)
         apart[active] = _errs(value[level.nodes[active]], state[level.nodes[active]], project, tolerance, number >= SURE)
-        here = active & ~apart
-        mine = here[level.cell]
-        cell = level.cell[mine]
-        virtual[level.vertex[mine]] = trilinear(value[level.nodes[cell, :8]], level.where[mine])
-        status[level.vertex[mine]] = state[level.nodes[cell, :8]].min(1)
+        mine = (active & ~apart)[level.cell]
+        cell, vertex = level.nodes[level.cell[mine], :8], level.vertex[mine]
+        virtual[vertex] = trilinear(_filled(value[cell], state[cell]), level.where[mine])
+        status[vertex] = state[cell].min(1, initial=FAILED)
         by_itself.append(level.vertex[(apart & level.leaf)[level.cell]])
         active = apart & ~level.leaf
     rest = np.concatenate(by_itself)
@@ -116,12 +118,19 @@ def follow(tree: Octree, search: Search, project: Project, tolerance: float) -> 
 
 def _errs(value, state, project: Project, tolerance: float, sure: bool) -> np.ndarray:
     """(C,) bool: which cells are taken apart, of what was found at their corners and middles, (C, 9, 4) and (C, 9)."""
-    error = np.linalg.norm(project(value[:, 8]) - project(value[:, :8].mean(1)), axis=1)
-    failed = state == FAILED
-    # Across the silhouette what counts is how much of the screen the cell's reflected side takes.
-    place = np.where((state == CONVERGED)[..., None], project(value.reshape(-1, 4)).reshape(-1, 9, 2), np.nan)
-    with np.errstate(all="ignore"):
-        wide = np.linalg.norm(np.fmax.reduce(place, 1) - np.fmin.reduce(place, 1), axis=1)
-    error = np.where(across_silhouette(state), wide, error)
-    wrong = failed.any(1) | ~(error <= tolerance)
-    return wrong & ~(state == HIDDEN).all(1) & ~(failed.all(1) & sure)
+    error = UNSEEN * np.linalg.norm(project(value[:, 8]) - project(value[:, :8].mean(1)), axis=1)
+    reflected, failed = state == CONVERGED, state == FAILED
+    place = project(value.reshape(-1, 4)).reshape(-1, 9, 2)
+    low, high = (np.where(reflected[..., None], place, s * np.inf) for s in (1, -1))
+    with np.errstate(invalid="ignore"):
+        wide = np.linalg.norm(high.max(1) - low.min(1), axis=1)
+    wide[(reflected.sum(1) < 2) | (not sure)] = np.inf
+    error = np.where(failed.any(1) | across_silhouette(state), wide, error)
+    return ~(error <= tolerance) & ~(state == HIDDEN).all(1) & ~(failed.all(1) & sure)
+
+
+def _filled(value: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """(M, 8, 4) with what failed replaced by the mean of the cell's other corners."""
+    found = (state != FAILED)[..., None]
+    mean = np.where(found, value, 0).sum(1) / np.maximum(found.sum(1), 1)
+    return np.where(found, value, mean[:, None])
