@@ -37,6 +37,7 @@ class Kitchen:
     """The reflector's first part, and the vertices of everything else in its map space."""
 
     scene: SceneSnapshot
+    reflector: str
     camera: Camera
     positions: np.ndarray  # (V, 3) float32 world, m: all vertices but the reflector's
     instance: np.ndarray  # (V,)
@@ -90,7 +91,7 @@ def kitchen() -> Kitchen:
     }  # fmt: skip
     fixed = {"block": np.array([*blocks[0], 1.0]), "ball": ball, "cone": cone}
     asset = SimpleNamespace(images=images, uniforms={})
-    return Kitchen(scene, camera, np.concatenate(pieces).astype(np.float32), owner, space, space.observer(camera), asset, fixed, programs)
+    return Kitchen(scene, REFLECTOR, camera, np.concatenate(pieces).astype(np.float32), owner, space, space.observer(camera), asset, fixed, programs)
 
 
 def _fine(scene: SceneSnapshot, instance) -> np.ndarray:
