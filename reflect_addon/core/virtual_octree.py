@@ -10,7 +10,8 @@ A cell across the reflector's silhouette, or with nodes that were not found (vir
 no wider on the screen than the tolerance; corners that were not found then are what the others are. Vertices of the last such cells
 are searched. Cells that are hidden altogether show nothing and count as good; those where nothing was found at all are given up: this
 part of the reflector shows nothing of them. All this only from the level SURE on, before which nodes are too few to say so.
-Limits. One sample a cell: what bends both ways between corners and middle goes unseen. Across the face between cells of different
+Limits. One sample a cell: what bends both ways between corners and middle goes unseen, but in the
+first levels' cells. Across the face between cells of different
 levels interpolation jumps, by less than the tolerance; the mesh stays whole, as each vertex has one value.
 """
 
@@ -30,6 +31,8 @@ UNITS = 1 << (BITS - 1)
 SURE = 2
 # What may lie between a cell's middle and its corners, over what is seen at its middle, where bends across its axes may cancel.
 UNSEEN = 2.0
+# Before that level, cells wider on the screen than so many tolerances are taken apart whatever their middles say.
+WIDE = 8.0
 
 # search(points (n, 3) object space, instance (n,)) -> (virtual (n, 4), status (n,)); project(virtual (n, 4)) -> (n, 2) px
 Search = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -121,11 +124,11 @@ def _errs(value, state, project: Project, tolerance: float, sure: bool) -> np.nd
     error = UNSEEN * np.linalg.norm(project(value[:, 8]) - project(value[:, :8].mean(1)), axis=1)
     reflected, failed = state == CONVERGED, state == FAILED
     place = project(value.reshape(-1, 4)).reshape(-1, 9, 2)
-    low, high = (np.where(reflected[..., None], place, s * np.inf) for s in (1, -1))
+    high, low = (np.where(reflected[..., None], place, far) for far in (-np.inf, np.inf))
     with np.errstate(invalid="ignore"):
-        wide = np.linalg.norm(high.max(1) - low.min(1), axis=1)
-    wide[(reflected.sum(1) < 2) | (not sure)] = np.inf
-    error = np.where(failed.any(1) | across_silhouette(state), wide, error)
+        shown = np.nan_to_num(np.linalg.norm(high.max(1) - low.min(1), axis=1), posinf=0.0)
+    wide = np.where((reflected.sum(1) < 2) | (not sure), np.inf, shown)
+    error = np.where(failed.any(1) | across_silhouette(state), wide, error if sure else np.maximum(error, shown / WIDE))
     return ~(error <= tolerance) & ~(state == HIDDEN).all(1) & ~(failed.all(1) & sure)
 
 

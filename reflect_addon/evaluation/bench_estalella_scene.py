@@ -27,7 +27,7 @@ from .frame import open_frame
 REFLECTOR = "Kettle"
 SIDE = 256  # texels along a face of the reflector's map
 WIDTH, HEIGHT = 320, 240  # px
-LONGEST = 0.1  # m, of an edge
+LONGEST = 0.15  # m, of an edge
 # Steps of each search at which both leave the same residuals: bench_estalella_grid measures them.
 STEPS = {"newton": 24, "midpoint": 40}
 
