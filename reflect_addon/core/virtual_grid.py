@@ -8,8 +8,8 @@ lies across the reflector's silhouette, with corners reflected and hidden, is no
 its vertices are searched. What is hidden stands for another point (6.1), whose place turns sharply there.
 What is interpolated is the virtual point itself. Tried in `kitchen` at 10 % of the vertices (pixels, 95th and 99th percentile of the
 displacement where a picture 320 wide shows a kettle 32 wide): virtual point 0.034, 0.171; over its distance from the eye, homogeneous,
-1 to 4 % more; reflection point and path length 0.034, 0.171; mirrored at the interpolated tangent plane 0.075, 0.234. Across the silhouette,
-by any of them, what is hidden is off by 14 pixels and more.
+1 to 4 % more; reflection point and path length 0.034, 0.171; mirrored at the interpolated tangent plane 0.075, 0.234. Across the
+silhouette, by any of them, what is hidden is off by 14 pixels and more.
 The paper leaves a level-of-detail grid open: virtual_octree.py.
 Limits. A mesh that is coarse has as many nodes as vertices, eight at least, and is better searched as it is. Flat meshes have two layers
 of nodes at one place.

@@ -91,7 +91,8 @@ def kitchen() -> Kitchen:
     }  # fmt: skip
     fixed = {"block": np.array([*blocks[0], 1.0]), "ball": ball, "cone": cone}
     asset = SimpleNamespace(images=images, uniforms={})
-    return Kitchen(scene, REFLECTOR, camera, np.concatenate(pieces).astype(np.float32), owner, space, space.observer(camera), asset, fixed, programs)
+    points = np.concatenate(pieces).astype(np.float32)
+    return Kitchen(scene, REFLECTOR, camera, points, owner, space, space.observer(camera), asset, fixed, programs)
 
 
 def _fine(scene: SceneSnapshot, instance) -> np.ndarray:
