@@ -17,6 +17,7 @@ if "PYTEST_XDIST_WORKER" in os.environ or "BLENDER_USER_RESOURCES" not in os.env
 
 from workers import (  # noqa: E402, F401  hooks; the path is set above
     pytest_collection_modifyitems,
+    pytest_runtest_makereport,
     pytest_runtest_protocol,
     pytest_xdist_auto_num_workers,
 )

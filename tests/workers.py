@@ -67,6 +67,14 @@ def pytest_collection_modifyitems(config, items):
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item):
+    """What tests record goes from process to process: anything but plain numbers and words as its text."""
+    report = yield
+    report.user_properties = [(name, v if type(v) in (int, float, bool, str) else repr(v)) for name, v in report.user_properties]
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item):
     if not is_worker(item.config):
         return (yield)

@@ -27,9 +27,10 @@ from .virtual_draw import Drawing, Mirrors, frame_of
 from .virtual_scene import VirtualScene, image
 from .virtual_search import Found, Search, place
 
+
 @dataclass
 class _Part:
-    """One part of one reflector."""
+    """A piece of one reflector."""
 
     found: Found
     places: np.ndarray | None = None  # the scene's, for which `space` and the placing in `found` are
@@ -47,7 +48,7 @@ class Projector:
         self.tally: dict[str, int] | None = None  # status -> searches that ended so, while somebody counts
         self._made_of: tuple = ()
         self._mirrors: Mirrors | None = None
-        self._searches: dict[int, tuple[Asset, Search]] = {}
+        self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
         self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
         self._parts: dict[tuple[str, int], _Part] = {}
 
@@ -97,7 +98,8 @@ class Projector:
         reflectors = self._snapshot.reflectors()
         for index in chosen:
             own = "" if asset.options["sees_itself"] else reflectors[index].name
-            for number, part in enumerate(virtual_objects.parts_in(asset)):
+            search, pieces = self._search(asset)
+            for number, part in enumerate(pieces):
                 held = self._part(reflectors[index], number)
                 if held.places is not self._places:
                     held.places = self._places
@@ -108,7 +110,7 @@ class Projector:
                 shown = may_show(part.ball, part.cone, part.block[3], observer, held.balls) & scene.others(own)
                 vertices, triangles = runs(shown, scene.mesh.chunks)
                 if triangles:
-                    self._search(asset).run(scene, held.found, observer, part, vertices)
+                    search.run(scene, held.found, observer, part, vertices)
                     if self.tally is not None:
                         self._count(vertices)
                     self._show(camera, index, held, rays, target, asset, bounds, triangles)
@@ -142,10 +144,10 @@ class Projector:
     def free(self):
         self._scene, self._mirrors, self._made_of, self._searches, self._drawings, self._parts = None, None, (), {}, {}, {}
 
-    def _search(self, asset: Asset) -> Search:
+    def _search(self, asset: Asset) -> tuple[Search, tuple]:
         if id(asset) not in self._searches:
-            self._searches[id(asset)] = (asset, Search(asset, self._textures, self.counts))
-        return self._searches[id(asset)][1]
+            self._searches[id(asset)] = (asset, Search(asset, self._textures, self.counts), virtual_objects.parts_in(asset))
+        return self._searches[id(asset)][1:]
 
     def _drawing(self, asset: Asset, beside: str | None) -> Drawing:
         key = (id(asset), beside)

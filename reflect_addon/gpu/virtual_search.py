@@ -58,7 +58,7 @@ class Search:
         )  # fmt: skip
 
     def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, part, ranges):
-        """The vertices in `ranges` for a part (virtual_objects.TablePart) and one of its sides and seeds; each range is (first, count). Nothing is read back."""
+        """The vertices in `ranges`, each (first, count), for a piece (virtual_objects.TablePart). Nothing is read back."""
         shader = self.program
         shader.bind()
         for name, value in (("observer", observer), ("seed", part.start), ("block", part.block), ("ball", part.ball), ("cone", part.cone)):

@@ -24,7 +24,7 @@ from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
 from ..part_pieces import half_angle, pieces_of
-from ..reflector_parts import part_surface, parts_of
+from ..reflector_parts import left_out, part_surface, parts_of
 from ..rays import Rays
 from ..remake import REFLECTOR, is_rigid, motion, part_of
 from ..settings import Setting
@@ -81,26 +81,25 @@ def bake(job: BakeJob) -> Asset:
     """The maps of the reflector's parts."""
     positions, triangles, normals = _mirroring(job.scene, job.reflector)
     found = parts_of(positions, triangles, normals, most=int(job.settings["parts"]))
-    if not found:
-        raise ReflectError(
-            f"The reflector '{job.reflector.name}' has no surface that could be searched.", "Give it faces with an area."
-        )
-    side, largest = int(job.settings["map_texels"]), max(part.size for part in found)
+    side, largest = int(job.settings["map_texels"]), max((part.size for part in found), default=1.0)
     maps = [
         reflector_map.build(p.center, p.size, _side(p, side, largest), part_surface(p, positions, triangles, normals)) for p in found
     ]
-    images, blocks = reflector_map.atlas(maps)
+    images, blocks = reflector_map.atlas(maps) if maps else ({name: np.zeros((1, 1, 4), np.float32) for name in reflector_map.IMAGES}, [])
     rows = []
     for part, block in zip(found, blocks, strict=True):
         both = part.two_sided and not _is_inside(job, part, positions, triangles)
         rows += _rows(part, block, both, positions, triangles, normals)
-    rows = np.array([row for _, row in sorted(rows, key=lambda r: -r[0])[:MOST]], np.float32)
+    table = np.zeros((max(len(rows[:MOST]), 1), COLUMNS, 4), np.float32)
+    for row, (_, values) in zip(table, sorted(rows, key=lambda r: -r[0]), strict=False):
+        row[:] = values
     return Asset(
         NAME,
         job.reflector.name,
-        {**images, "reflector_parts_buf": rows},
+        {**images, "reflector_parts_buf": table},
+        uniforms={"left_out": left_out(found, positions, triangles)},
         options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order")}
-        | {"sees_itself": not _is_convex(positions, triangles)},
+        | {"sees_itself": bool((table[:, PLACE, 3] < 0).any()) or not _is_convex(positions, triangles)},
         settings=dict(job.settings),
         parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *_reflected(job.scene)),
         light_hash=job.scene.light_hash,
@@ -180,6 +179,8 @@ def _rows(part, block, both: bool, positions, triangles, normals) -> list[tuple[
 
 def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
     """Whether no point of a surface lies before the plane of another: such a mirror does not show itself."""
+    if not len(triangles):
+        return True
     corners = positions[triangles[:: max(len(triangles) // PLANES, 1)]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
@@ -216,8 +217,19 @@ def parts_in(asset: Asset) -> tuple[TablePart, ...]:
     """The pieces of a reflector's asset, largest first."""
     rows = asset.images["reflector_parts_buf"].astype(np.float64)
     return tuple(
-        TablePart(row[PLACE], row[CENTER, :3], float(row[CENTER, 3]), row[BALL], row[CONE], row[START]) for row in rows
+        TablePart(row[PLACE], row[CENTER, :3], float(row[CENTER, 3]), row[BALL], row[CONE], row[START])
+        for row in rows
+        if row[CENTER, 3] > 0
     )
+
+
+def report(asset: Asset) -> str:
+    """What a reflector was taken apart into."""
+    count, share = len(parts_in(asset)), asset.uniforms["left_out"]
+    if not count:
+        return "Nothing of its surface can be searched: distance maps answer alone."
+    pieces = "Searched in one piece" if count == 1 else f"Searched in {count} pieces"
+    return pieces + (f"; {share:.1%} of the surface is in none, where distance maps answer." if share > 5e-4 else ".")
 
 
 def trace(k, asset, ray) -> Hit:
