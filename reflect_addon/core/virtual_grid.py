@@ -11,8 +11,8 @@ displacement where a picture 320 wide shows a kettle 32 wide): virtual point 0.0
 1 to 4 % more; reflection point and path length 0.034, 0.171; mirrored at the interpolated tangent plane 0.075, 0.234. Across the
 silhouette, by any of them, what is hidden is off by 14 pixels and more.
 The paper leaves a level-of-detail grid open: virtual_octree.py.
-Limits. A mesh that is coarse has as many nodes as vertices, eight at least, and is better searched as it is. Flat meshes have two layers
-of nodes at one place.
+Limits. A mesh that is coarse has as many nodes as vertices, eight at least, and is better searched as it is. Along an axis in which a
+mesh has no extent both ends of a cell are one node.
 """
 
 from dataclasses import dataclass
@@ -60,6 +60,16 @@ class Boxes:
         share = self.extent / np.maximum(self.extent.max(1, keepdims=True, initial=0), 1e-300)
         return np.where(share > FLAT, share, 0.0)
 
+    @property
+    def thick(self) -> np.ndarray:
+        """(I, 3) 1 where a cell has two ends, 0 where the box is flat; a point's has them all."""
+        return np.where((self.shape > 0).any(1, keepdims=True), self.shape > 0, True).astype(np.int64)
+
+    def corners(self, cells: np.ndarray) -> np.ndarray:
+        """(C, 8) packed nodes of packed cells (C,)."""
+        owner, place = unpack(cells)
+        return pack(owner[:, None], place[:, None] + CORNERS * self.thick[owner][:, None])
+
     def cells(self, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """((V, 3) int64 the cell of each vertex, (V, 3) where in it) for (I, 3) cells along the axes."""
         number = number[self.owner]
@@ -96,19 +106,13 @@ def unpack(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return key >> (3 * BITS), np.stack([key >> (2 * BITS) & low, key >> BITS & low, key & low], -1)
 
 
-def corners(cells: np.ndarray) -> np.ndarray:
-    """(C, 8) packed nodes of packed cells (C,)."""
-    owner, place = unpack(cells)
-    return pack(owner[:, None], place[:, None] + CORNERS)
-
-
 def grid(positions: np.ndarray, instance: np.ndarray, share: float) -> Grid:
     """The grids of all instances. positions: (V, 3) object space, m; instance: (V,); share: nodes over vertices, about."""
     box = boxes(positions, instance)
     number = _resolution(box, share)
     cell, where = box.cells(number)
     cells, vertex_cell = np.unique(pack(box.owner, cell), return_inverse=True)
-    nodes, cell_nodes = np.unique(corners(cells), return_inverse=True)
+    nodes, cell_nodes = np.unique(box.corners(cells), return_inverse=True)
     owner, place = unpack(nodes)
     return Grid(
         box.positions(owner, place / number[owner]), box.names[owner].astype(np.int32),
@@ -120,12 +124,12 @@ def _resolution(box: Boxes, share: float) -> np.ndarray:
     """(I, 3) int64 cells along the axes, so that the nodes in use come nearest to the share: tried for all instances at once."""
     shape, wanted = box.shape, share * box.count
     low, high = np.zeros(len(wanted)), np.full(len(wanted), np.log2(MOST))
-    best, miss = np.ones((len(wanted), 3), np.int64), np.abs(8 - wanted)
+    best, miss = np.ones((len(wanted), 3), np.int64), np.full(len(wanted), np.inf)
     # Of a surface, nodes grow with the square of the resolution; where that leads astray, halving goes on.
     tried = np.clip(np.log2(np.maximum(wanted, 8) / 8) / 2, low, high)
     for _ in range(TRIALS):
         number = np.clip(np.rint(shape * 2.0 ** tried[:, None]), 1, MOST).astype(np.int64)
-        nodes = np.unique(corners(np.unique(pack(box.owner, box.cells(number)[0]))))
+        nodes = np.unique(box.corners(np.unique(pack(box.owner, box.cells(number)[0]))))
         used = np.bincount(unpack(nodes)[0], minlength=len(wanted))
         nearer = np.abs(used - wanted) < miss
         best[nearer], miss[nearer] = number[nearer], np.abs(used - wanted)[nearer]

@@ -1,4 +1,4 @@
-"""Targets E1, E2, E3 and E7 of estalella-2005, which grids answer for (core/virtual_grid.py, core/virtual_octree.py).
+"""Targets E1, E2, E3 and E7 of estalella-2005, which grids answer for (core/virtual_grid.py, core/virtual_follow.py).
 
 Seconds are the processor's, of NumPy in one thread. Searches run in batches as large as the grid has nodes, all vertices' as well: what
 NumPy takes for a call whatever its size weighs on both alike, as nothing did in the paper's program.
@@ -12,7 +12,8 @@ from time import process_time
 import numpy as np
 
 from ..core.virtual_grid import CORNERS, grid, interpolated
-from ..core.virtual_octree import follow, octree
+from ..core.virtual_follow import follow
+from ..core.virtual_octree import octree
 from ..core.virtual_status import CONVERGED, FAILED, HIDDEN
 from .bench_estalella_scene import STEPS, Kitchen, kitchen
 from .bench_row import row
@@ -146,7 +147,7 @@ def _cost(scene: Kitchen) -> dict:
             return found["virtual"], found["status"]
 
         box = there.project(np.column_stack([scene.space.points(corners), np.ones(8)]))
-        told.append((float(np.prod(np.ptp(box, axis=0))), follow(tree, search, there.project, VISIBLE)[2]))
+        told.append((float(np.prod(np.ptp(box, axis=0))), int(follow(tree, search, there.project, VISIBLE)[2].sum())))
     falls = all(b[1] < a[1] for a, b in zip(told, told[1:], strict=False))
     how = (
         f"power of a grid's nodes over the vertices, {TENTH:.0%} asked for; each reflector has its own searches, so they grow with the "
