@@ -22,11 +22,13 @@ from .mirrors import mirror_of
 from .rays import Hits, Rays
 from .snapshot import Instance, SceneSnapshot
 from .surface_asset import SurfaceMesh, asset_of, on_faces
-from .surface_refine import Ask, Soup, refine
+from .surface_cuts import cut
+from .surface_reach import lengths_of
+from .surface_refine import Ask, Lengths, Soup, refine
 
 # surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
 # paths for each traced point.
-DEFAULTS = {"surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16}
+DEFAULTS = {"surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16, "surface_angle": 0.0, "surface_cuts": 0}
 # No edge below this share of its object's size is split: four texels of a billboard with 128, and interpolation between.
 FINEST = 1 / 32
 # Points that are traced twice. Nine in ten of their differences are below 2.3 sigma where noise is normal; twice that is
@@ -64,15 +66,23 @@ def bake(
                 found[mine] = own_light(mirror.material, found[mine], cosine, np.ones(len(mine)), arriving)
         return found
 
+    angle = float(settings["surface_angle"])
+    lengths = lengths_of(scene, instances, angle) if angle > 0 else _own_lengths(scene, instances)
+    noise = noise_of(soup, ask) if len(soup.place) else 0.0
+    tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
+    soup, values = refine(soup, ask, tolerance, levels, lengths, noise)
+    soup, values = cut(soup, values, ask, tolerance + noise, int(settings["surface_cuts"]), lengths)
+    meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
+    return asset_of(scene, meshes, settings)
+
+
+def _own_lengths(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Lengths:
+    """A share of each instance's own size, for whoever looks from anywhere."""
     # A mirror shows another thing to everyone: what it shows straight above is kept, and not worth a subdivision.
     shortest = np.array(
         [np.inf if i.is_reflector else FINEST * np.ptp(scene.world_positions(i), axis=0).max() for i in instances]
     )
-    noise = noise_of(soup, ask) if len(soup.place) else 0.0
-    tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
-    soup, values = refine(soup, ask, tolerance, levels, shortest, noise)
-    meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
-    return asset_of(scene, meshes, settings)
+    return lambda soup: (shortest[soup.owner], np.full(len(soup.owner), np.inf))
 
 
 def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:

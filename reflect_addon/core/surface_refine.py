@@ -48,18 +48,24 @@ class Soup:
 Ask = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
+# soup -> ((T,) m: edges of a triangle that are no longer are not split, (T,) m: longer ones are, whatever they show).
+Lengths = Callable[[Soup], tuple[np.ndarray, np.ndarray]]
+
+
 def refine(
-    soup: Soup, ask: Ask, tolerance: float, levels: int, shortest: np.ndarray, noise: float = 0.0, most: int = 1 << 18
+    soup: Soup, ask: Ask, tolerance: float, levels: int, lengths: Lengths, noise: float = 0.0, most: int = 1 << 18
 ) -> tuple[Soup, np.ndarray]:
     """(refined soup, (S, 3) float64 value of each sample).
 
     tolerance: largest relative difference between the function and its interpolation that is left where the levels allow
-    it. shortest (owners,): edges below this length, m, are never split. most: samples after which no edge is split.
+    it. most: samples after which no edge is split.
     """
+    soup = _no_wider(soup, lengths, levels, most)
     values = np.zeros((0, 3))
     fresh_triangles = np.ones(len(soup.place), bool)
     for level in range(levels + 1):
-        may = fresh_triangles & (_longest(soup) > shortest[soup.owner]) & (level < levels) & (len(values) < most)
+        shortest, _ = lengths(soup)
+        may = fresh_triangles & (_longest(soup) > shortest) & (level < levels) & (len(values) < most)
         corners, edges, inside = _first_of(soup.sample.ravel(), len(values)), _edges(soup, may), _inside(soup, may)
         points = np.concatenate([_corner_points(soup, corners), edges.middle, inside.points])
         triangle = np.concatenate([corners // 3, edges.triangle, inside.triangle])
@@ -77,8 +83,24 @@ def refine(
         off = np.abs(within - told).max(1)
         wrong = np.zeros(len(soup.place), bool)
         wrong[inside.triangle[off > (tolerance + noise) * _scale(brightness, soup.owner[inside.triangle], within)]] = True
-        soup, fresh_triangles = _split(soup, edges, marked, wrong, shortest)
+        soup, fresh_triangles = _split(soup, edges.places[marked], wrong, shortest)
     return soup, values
+
+
+def _no_wider(soup: Soup, lengths: Lengths, levels: int, most: int) -> Soup:
+    """The soup with edges that are too long in any case split, unseen. Each has two more halvings than refinement has:
+    neither is the other's price."""
+    for _ in range(levels + 2):
+        shortest, longest = lengths(soup)
+        wide = _longest(soup) > longest
+        if not wide.any() or len(soup.points) > most:
+            break
+        corners = soup.points[soup.place]
+        edges = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=-1)
+        triangle, k = np.nonzero(wide[:, None] & (edges > longest[:, None]))
+        places = np.sort(np.stack([soup.place[triangle, k], soup.place[triangle, (k + 1) % 3]], -1), 1)
+        soup, _ = _split(soup, places, np.zeros(len(soup.place), bool), shortest)
+    return soup
 
 
 def normals(soup: Soup) -> np.ndarray:
@@ -184,16 +206,17 @@ def _scale(brightness: np.ndarray, owner: np.ndarray, values: np.ndarray) -> np.
     return np.maximum(np.maximum(np.abs(values).max(1), DARK * brightness[owner]), 1e-9)
 
 
-def _split(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
-    """(soup with the marked edges split and neighbours closed, (T,) bool: triangles that are new)."""
+def _split(soup: Soup, places: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
+    """(soup with edges split and neighbours closed, (T,) bool: triangles that are new). places (E, 2), sorted: ends of the
+    edges; wrong (T,) bool: triangles all of whose edges are; shortest (T,) m: no edge below is."""
     pairs = np.sort(soup.place[:, _PAIRS], axis=-1)  # (T, 3, 2)
     keys, edge_of = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
     edge_of = edge_of.reshape(-1, 3)
     length = np.linalg.norm(soup.points[keys[:, 0]] - soup.points[keys[:, 1]], axis=-1)
     limit = np.full(len(keys), np.inf)
-    np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest[soup.owner], 3))
+    np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest, 3))
     mark = np.zeros(len(keys), bool)
-    at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], edges.places[marked] @ [len(soup.points) + 1, 1])
+    at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], places @ [len(soup.points) + 1, 1])
     mark[at] = True
     mark[edge_of[wrong].ravel()] = True
     mark &= length > limit
