@@ -46,6 +46,8 @@ def cut(
     places = np.stack([soup.place[triangle, k], soup.place[triangle, (k + 1) % 3]], -1)
     before, after, step = _steps(soup, ask, triangle, places, values[samples], halvings)
     triangle, places, before, after, step = (a[step > 0] for a in (triangle, places, before, after, step))
+    if not len(step):
+        return soup, values
     # One cut for all that has the edge: the largest jump's. Shares count from the lower place on.
     turned = places[:, 0] > places[:, 1]
     before, after = np.where(turned, 1 - after, before), np.where(turned, 1 - before, after)

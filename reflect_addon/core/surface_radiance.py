@@ -45,7 +45,8 @@ def bake(
 ) -> Asset:
     """The surface radiance of these instances, each on the sides from which it can be seen: one asset for the scene.
 
-    trace: as in core/job.py. Costs at most 2 + surface_levels bundles, whatever the number of instances."""
+    trace: as in core/job.py. Costs at most 2 + surface_levels bundles, whatever the number of instances, with surface_angle as many again, for each cut
+    one more, and mirrors need a second one each time."""
     soup = soup_of(scene, instances)
     lift = LIFT * max(scene.diagonal(), 1e-30)
 
@@ -57,13 +58,18 @@ def bake(
         rays = Rays((points + normals * above).astype(np.float32), -normals.astype(np.float32))
         hits = trace(rays, samples=samples)
         found = hits.radiance.astype(np.float64)
+        shown = []  # (what of the questions, mirror, cosine of the ray that asks, mirrored rays)
         for k, mirror in mirrors.items():
             mine = np.flatnonzero(owner == k)
             mine = mine[np.isin(scene.slots(instances[k])[face[mine]], mirror.slots)]
             if len(mine):
                 bent, cosine = mirrored(hits.part(mine), rays.direction[mine], above[mine, 0])
-                arriving = trace(bent, samples=samples).radiance
-                found[mine] = own_light(mirror.material, found[mine], cosine, np.ones(len(mine)), arriving)
+                shown.append((mine, mirror, cosine, bent))
+        if shown:  # one bundle for all: each costs the start of a render
+            bent = Rays(*(np.concatenate([getattr(s[-1], name) for s in shown]) for name in ("origin", "direction")))
+            arriving = np.split(trace(bent, samples=samples).radiance, np.cumsum([len(s[0]) for s in shown[:-1]]))
+            for (mine, mirror, cosine, _), light in zip(shown, arriving, strict=True):
+                found[mine] = own_light(mirror.material, found[mine], cosine, np.ones(len(mine)), light)
         return found
 
     angle = float(settings["surface_angle"])
@@ -82,7 +88,7 @@ def _own_lengths(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Lengt
     shortest = np.array(
         [np.inf if i.is_reflector else FINEST * np.ptp(scene.world_positions(i), axis=0).max() for i in instances]
     )
-    return lambda soup: (shortest[soup.owner], np.full(len(soup.owner), np.inf))
+    return lambda soup: (shortest[soup.owner], shortest[soup.owner], np.full(len(soup.owner), np.inf))
 
 
 def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:

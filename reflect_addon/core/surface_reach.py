@@ -6,22 +6,22 @@ Idea. Lengths are angles as seen from the nearest reflector. Errors weigh by the
 edges that spend a given number of triangles best are those of one angle all over. No edge is split below `surface_angle`
 radians, none is left that covers more than WIDEST of them, whatever the radiance says (smooth light over a whole wall stays
 within the noise at any single point), and what faces away from all reflectors is left as it is.
-The distance is to the reflector's bounding box and half of its smallest side more: what a convex mirror shows of things near
-it is small, as from a point in its middle, while a flat one shows its surroundings at their own size.
+The distance is to the reflector's bounding box and half of its middle side more: what a convex mirror shows of things near
+it is small, as from a point in its middle, and what touches a mirror would need no end of triangles.
 Limits. Boxes are seen through: what another thing hides is subdivided as if it were not. A mirror's parts do not count as
 its own surroundings, however concave it is.
 """
-
-from collections.abc import Callable
 
 import numpy as np
 
 from .mirrors import mirror_of
 from .snapshot import Instance, SceneSnapshot
-from .surface_refine import Soup, normals
+from .surface_refine import Lengths, Soup, normals
 
 # An edge is split whatever it shows when it covers more than this many times the finest angle.
-WIDEST = 16
+WIDEST = 32
+# An edge that covers less than this many times the finest angle is not looked at where its ends agree.
+SURE = 4
 # Of an object's size: where it touches a reflector nothing else ends the subdivision.
 LEAST = 1 / 1024
 # A mirror that reflects at least this share as a metal has no light of its own worth a subdivision.
@@ -30,8 +30,8 @@ BARE = 0.95
 
 def lengths_of(
     scene: SceneSnapshot, instances: tuple[Instance, ...], angle: float
-) -> Callable[[Soup], tuple[np.ndarray, np.ndarray]]:
-    """lengths(soup) -> ((T,) m, edges of a triangle below which are not split, (T,) m, above which they are in any case).
+) -> Lengths:
+    """What surface_refine.py asks: no edge that covers less is split, none between is looked at where its ends agree.
 
     angle: radians, of the shortest edges as seen from the nearest reflector. instances: the soup's owners."""
     reflectors = scene.reflectors()
@@ -42,19 +42,20 @@ def lengths_of(
     plain = np.array([_bare(scene, i) for i in instances], bool)
     size = np.array([np.ptp(scene.bounds([i]), axis=0).max() for i in instances])
 
-    def lengths(soup: Soup) -> tuple[np.ndarray, np.ndarray]:
-        corners = soup.points[soup.place]
-        towards = normals(soup)
-        nearest, seen = np.full(len(corners), np.inf), np.zeros(len(corners), bool)
+    def lengths(soup: Soup) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        towards, corner = normals(soup), soup.points[soup.place[:, 0]]
+        # How far the boxes reach to the seen side of each triangle's plane.
+        above = towards @ middle.T + np.abs(towards) @ half.T - np.einsum("tx,tx->t", towards, corner)[:, None]
+        shows = (above > 0) & (own[soup.owner][:, None] != np.arange(len(boxes)))
+        nearest = np.full(len(towards), np.inf)
         for index in range(len(boxes)):
-            other = own[soup.owner] != index
             beside = np.maximum(np.abs(soup.points - middle[index]) - half[index], 0)
-            distance = (np.linalg.norm(beside, axis=-1) + half[index].min())[soup.place].min(1)
-            within = np.einsum("tx,tx->t", towards, middle[index] - corners[:, 0]) + np.abs(towards) @ half[index] > 0
-            nearest = np.where(other & within, np.minimum(nearest, distance), nearest)
-            seen |= other & within
+            distance = np.sqrt(np.einsum("px,px->p", beside, beside)) + np.median(half[index])
+            mine = np.flatnonzero(shows[:, index])
+            nearest[mine] = np.minimum(nearest[mine], distance[soup.place[mine]].min(1))
+        seen = np.isfinite(nearest)
         least = np.where(seen & ~plain[soup.owner], np.maximum(angle * nearest, LEAST * size[soup.owner]), np.inf)
-        return least, WIDEST * least
+        return least, SURE * least, WIDEST * least
 
     return lengths
 

@@ -48,8 +48,9 @@ class Soup:
 Ask = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
-# soup -> ((T,) m: edges of a triangle that are no longer are not split, (T,) m: longer ones are, whatever they show).
-Lengths = Callable[[Soup], tuple[np.ndarray, np.ndarray]]
+# soup -> ((T,) m: edges of a triangle that are no longer are not split; (T,) m: of those that are no longer and whose ends agree
+# no question is asked; (T,) m: longer ones are split, whatever they show).
+Lengths = Callable[[Soup], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 def refine(
@@ -64,17 +65,20 @@ def refine(
     values = np.zeros((0, 3))
     fresh_triangles = np.ones(len(soup.place), bool)
     for level in range(levels + 1):
-        shortest, _ = lengths(soup)
+        shortest, sure, _ = lengths(soup)
         may = fresh_triangles & (_longest(soup) > shortest) & (level < levels) & (len(values) < most)
         corners, edges, inside = _first_of(soup.sample.ravel(), len(values)), _edges(soup, may), _inside(soup, may)
+        if len(corners) and np.any(sure > shortest):  # what the corners say decides what is asked about
+            values = np.concatenate([values, _answers(soup, ask, _corner_points(soup, corners), corners // 3)])
+            corners = corners[:0]
+            edges = _doubtful(soup, edges, values, sure, (tolerance + noise) / 2)
         points = np.concatenate([_corner_points(soup, corners), edges.middle, inside.points])
-        triangle = np.concatenate([corners // 3, edges.triangle, inside.triangle])
         if not len(points):
             break
-        answers = ask(points, normals(soup)[triangle], soup.owner[triangle], soup.face[triangle])
+        answers = _answers(soup, ask, points, np.concatenate([corners // 3, edges.triangle, inside.triangle]))
         own, at_edges, within = np.split(answers, np.cumsum([len(corners), len(edges.middle)]))
         values = np.concatenate([values, own])
-        if not len(edges.middle):
+        if not len(edges.middle) + len(inside.points):
             break
         brightness = _brightness(soup, values)
         off = np.abs(at_edges - values[edges.samples].mean(1)).max(1)
@@ -87,11 +91,15 @@ def refine(
     return soup, values
 
 
+def _answers(soup: Soup, ask: Ask, points: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    return ask(points, normals(soup)[triangle], soup.owner[triangle], soup.face[triangle])
+
+
 def _no_wider(soup: Soup, lengths: Lengths, levels: int, most: int) -> Soup:
     """The soup with edges that are too long in any case split, unseen. Each has two more halvings than refinement has:
     neither is the other's price."""
     for _ in range(levels + 2):
-        shortest, longest = lengths(soup)
+        shortest, _, longest = lengths(soup)
         wide = _longest(soup) > longest
         if not wide.any() or len(soup.points) > most:
             break
@@ -119,6 +127,16 @@ class _Edges:
     samples: np.ndarray  # (E, 2)
     places: np.ndarray  # (E, 2), sorted
     middle: np.ndarray  # (E, 3) world, a little inside the triangle
+
+
+def _doubtful(soup: Soup, edges: _Edges, values: np.ndarray, sure: np.ndarray, tolerance: float) -> _Edges:
+    """Without the short edges whose ends agree."""
+    ends = values[edges.samples]
+    off = np.abs(ends[:, 0] - ends[:, 1]).max(-1)
+    differ = off > tolerance * _scale(_brightness(soup, values), soup.owner[edges.triangle], ends.mean(1))
+    length = np.linalg.norm(np.diff(soup.points[edges.places], axis=1)[:, 0], axis=-1)
+    chosen = differ | (length > sure[edges.triangle])
+    return _Edges(edges.triangle[chosen], edges.samples[chosen], edges.places[chosen], edges.middle[chosen])
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def linear(points):
 
 def no_shorter(least):
     """Lengths of `refine`: edges of at most `least` m are not split, and none is for its length."""
-    return lambda soup: (np.full(len(soup.place), least), np.full(len(soup.place), np.inf))
+    return lambda soup: tuple(np.full(len(soup.place), length) for length in (least, least, np.inf))
 
 
 def refined(shape, paint, tolerance=0.05, levels=6, **more):
