@@ -29,21 +29,27 @@ _PAIRS = np.array([[0, 1], [1, 2], [2, 0]])
 
 
 def cut(
-    soup: Soup, values: np.ndarray, ask: Ask, tolerance: float, halvings: int, lengths: Lengths
+    soup: Soup, values: np.ndarray, ask: Ask, tolerance: float, halvings: int, lengths: Lengths, most: int = 1 << 18
 ) -> tuple[Soup, np.ndarray]:
     """(soup, (S, 3) values) with every edge that holds a step cut on both sides of it.
 
     tolerance: a smaller relative difference between an edge's ends is no step. halvings: questions an edge; the slivers are so
-    many halves of an edge wide. lengths: as refine takes it; where edges are never split they are not cut."""
+    many halves of an edge wide. lengths: as refine takes it; where edges are never split they are not cut. most: edges that are cut, the highest steps for their length and distance."""
     if not halvings or not len(soup.place):
         return soup, values
-    triangle, k = np.nonzero(np.isfinite(lengths(soup)[0])[:, None] & _jumps(soup, values, tolerance))
+    least = lengths(soup)[0]
+    triangle, k = np.nonzero(np.isfinite(least)[:, None] & _jumps(soup, values, tolerance))
     samples = np.stack([soup.sample[triangle, k], soup.sample[triangle, (k + 1) % 3]], -1)
     _, first = np.unique(np.sort(samples, 1), axis=0, return_index=True)
     triangle, k, samples = triangle[first], k[first], samples[first]
     if not len(triangle):
         return soup, values
     places = np.stack([soup.place[triangle, k], soup.place[triangle, (k + 1) % 3]], -1)
+    if len(triangle) > most:
+        length = np.linalg.norm(np.diff(soup.points[places], axis=1)[:, 0], axis=-1)
+        height = np.abs(values[samples[:, 0]] - values[samples[:, 1]]).max(1)
+        chosen = np.sort(np.argsort(-height * length / np.maximum(least[triangle], 1e-300), kind="stable")[:most])
+        triangle, samples, places = triangle[chosen], samples[chosen], places[chosen]
     before, after, step = _steps(soup, ask, triangle, places, values[samples], halvings)
     triangle, places, before, after, step = (a[step > 0] for a in (triangle, places, before, after, step))
     if not len(step):

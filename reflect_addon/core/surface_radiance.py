@@ -27,8 +27,13 @@ from .surface_reach import lengths_of
 from .surface_refine import Ask, Lengths, Soup, refine
 
 # surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
-# paths for each traced point.
-DEFAULTS = {"surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16, "surface_angle": 0.0, "surface_cuts": 0}
+# paths for each traced point; surface_angle: radians of the shortest edges as reflectors see them (surface_reach.py), 0:
+# FINEST; surface_cuts: questions for each edge that holds a step (surface_cuts.py), 0: no cuts; surface_triangles: at most
+# about so many, or as many as the objects' own meshes have where those are more.
+DEFAULTS = {
+    "surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16, "surface_angle": 0.0, "surface_cuts": 0,
+    "surface_triangles": 1 << 19,
+}  # fmt: skip
 # No edge below this share of its object's size is split: four texels of a billboard with 128, and interpolation between.
 FINEST = 1 / 32
 # Points that are traced twice. Nine in ten of their differences are below 2.3 sigma where noise is normal; twice that is
@@ -76,8 +81,9 @@ def bake(
     lengths = lengths_of(scene, instances, angle) if angle > 0 else _own_lengths(scene, instances)
     noise = noise_of(soup, ask) if len(soup.place) else 0.0
     tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
-    soup, values = refine(soup, ask, tolerance, levels, lengths, noise)
-    soup, values = cut(soup, values, ask, tolerance + noise, int(settings["surface_cuts"]), lengths)
+    cuts, most = int(settings["surface_cuts"]), int(settings["surface_triangles"]) // 2  # two triangles a sample
+    soup, values = refine(soup, ask, tolerance, levels, lengths, noise, most // 3 if cuts else most)
+    soup, values = cut(soup, values, ask, tolerance + noise, cuts, lengths, max(most - len(values), 0) // 2)  # two samples a cut
     meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
     return asset_of(scene, meshes, settings)
 

@@ -59,7 +59,7 @@ def refine(
     """(refined soup, (S, 3) float64 value of each sample).
 
     tolerance: largest relative difference between the function and its interpolation that is left where the levels allow
-    it. most: samples after which no edge is split.
+    it. most: samples, about; those edges are split that are the longest for what the shortest there may be.
     """
     soup = _no_wider(soup, lengths, levels, most)
     values = np.zeros((0, 3))
@@ -87,6 +87,7 @@ def refine(
         off = np.abs(within - told).max(1)
         wrong = np.zeros(len(soup.place), bool)
         wrong[inside.triangle[off > (tolerance + noise) * _scale(brightness, soup.owner[inside.triangle], within)]] = True
+        marked, wrong = _widest(soup, edges, marked, wrong, shortest, most - len(values))
         soup, fresh_triangles = _split(soup, edges.places[marked], wrong, shortest)
     return soup, values
 
@@ -137,6 +138,22 @@ def _doubtful(soup: Soup, edges: _Edges, values: np.ndarray, sure: np.ndarray, t
     length = np.linalg.norm(np.diff(soup.points[edges.places], axis=1)[:, 0], axis=-1)
     chosen = differ | (length > sure[edges.triangle])
     return _Edges(edges.triangle[chosen], edges.samples[chosen], edges.places[chosen], edges.middle[chosen])
+
+
+def _widest(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray, room: int):
+    """(marked, wrong) with at most about `room` new samples: those edges and triangles that are the longest for what the
+    shortest there may be."""
+    at, of = np.flatnonzero(marked), np.flatnonzero(wrong)
+    length = np.linalg.norm(np.diff(soup.points[edges.places[at]], axis=1)[:, 0], axis=-1)
+    least = np.maximum(shortest, 1e-300)
+    wide = np.concatenate([length / least[edges.triangle[at]], (_longest(soup) / least)[of]])
+    price = np.repeat([1.0, 1.5], [len(at), len(of)])  # an edge has two triangles
+    order = np.argsort(-wide, kind="stable")
+    left_out = order[np.cumsum(price[order]) > room]
+    marked, wrong = marked.copy(), wrong.copy()
+    marked[at[left_out[left_out < len(at)]]] = False
+    wrong[of[left_out[left_out >= len(at)] - len(at)]] = False
+    return marked, wrong
 
 
 @dataclass(frozen=True)
