@@ -50,8 +50,8 @@ def bake(
 ) -> Asset:
     """The surface radiance of these instances, each on the sides from which it can be seen: one asset for the scene.
 
-    trace: as in core/job.py. Costs at most 2 + surface_levels bundles, whatever the number of instances, with surface_angle as many again, for each cut
-    one more, and mirrors need a second one each time."""
+    trace: as in core/job.py. Costs at most 2 + surface_levels bundles, whatever the number of instances, with surface_angle as
+    many again, for each cut one more, and mirrors need a second one each time."""
     soup = soup_of(scene, instances)
     lift = LIFT * max(scene.diagonal(), 1e-30)
 
