@@ -33,8 +33,9 @@ def cut(
 ) -> tuple[Soup, np.ndarray]:
     """(soup, (S, 3) values) with every edge that holds a step cut on both sides of it.
 
-    tolerance: a smaller relative difference between an edge's ends is no step. halvings: questions an edge; the slivers are so
-    many halves of an edge wide. lengths: as refine takes it; where edges are never split they are not cut. most: edges that are cut, the highest steps for their length and
+    tolerance: a smaller relative difference between an edge's ends is no step. halvings: questions an edge; the slivers
+    are so many halves of an edge wide. lengths: as refine takes it; where edges are never split
+    they are not cut. most: edges that are cut, the highest steps for their length and
     distance."""
     if not halvings or not len(soup.place):
         return soup, values
