@@ -50,27 +50,37 @@ class Soup:
 Ask = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
+# soup -> ((T,) m: edges of a triangle that are no longer are not split; (T,) m: of those that are no longer and whose ends agree
+# no question is asked; (T,) m: longer ones are split, whatever they show).
+Lengths = Callable[[Soup], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
 def refine(
-    soup: Soup, ask: Ask, tolerance: float, levels: int, shortest: np.ndarray, noise: float = 0.0, most: int = 1 << 18
+    soup: Soup, ask: Ask, tolerance: float, levels: int, lengths: Lengths, noise: float = 0.0, most: int = 1 << 18
 ) -> tuple[Soup, np.ndarray]:
     """(refined soup, (S, 3) float64 value of each sample).
 
     tolerance: largest relative difference between the function and its interpolation that is left where the levels allow
-    it. shortest (owners,): edges below this length, m, are never split. most: samples after which no edge is split.
+    it. most: samples, about; those edges are split that are the longest for what the shortest there may be.
     """
+    soup = _no_wider(soup, lengths, levels, most)
     values = np.zeros((0, 3))
     fresh_triangles = np.ones(len(soup.place), bool)
     for level in range(levels + 1):
-        may = fresh_triangles & (_longest(soup) > shortest[soup.owner]) & (level < levels) & (len(values) < most)
+        shortest, sure, _ = lengths(soup)
+        may = fresh_triangles & (_longest(soup) > shortest) & (level < levels) & (len(values) < most)
         corners, edges, inside = _first_of(soup.sample.ravel(), len(values)), _edges(soup, may), _inside(soup, may)
+        if len(corners) and np.any(sure > shortest):  # what the corners say decides what is asked about
+            values = np.concatenate([values, _answers(soup, ask, _corner_points(soup, corners), corners // 3)])
+            corners = corners[:0]
+            edges = _doubtful(soup, edges, values, sure, (tolerance + noise) / 2)
         points = np.concatenate([_corner_points(soup, corners), edges.middle, inside.points])
-        triangle = np.concatenate([corners // 3, edges.triangle, inside.triangle])
         if not len(points):
             break
-        answers = ask(points, normals(soup)[triangle], soup.owner[triangle], soup.face[triangle])
+        answers = _answers(soup, ask, points, np.concatenate([corners // 3, edges.triangle, inside.triangle]))
         own, at_edges, within = np.split(answers, np.cumsum([len(corners), len(edges.middle)]))
         values = np.concatenate([values, own])
-        if not len(edges.middle):
+        if not len(edges.middle) + len(inside.points):
             break
         brightness = _brightness(soup, values)
         off = np.abs(at_edges - values[edges.samples].mean(1)).max(1)
@@ -79,8 +89,29 @@ def refine(
         off = np.abs(within - told).max(1)
         wrong = np.zeros(len(soup.place), bool)
         wrong[inside.triangle[off > (tolerance + noise) * _scale(brightness, soup.owner[inside.triangle], within)]] = True
-        soup, fresh_triangles = _split(soup, edges, marked, wrong, shortest)
+        marked, wrong = _widest(soup, edges, marked, wrong, shortest, most - len(values))
+        soup, fresh_triangles = _split(soup, edges.places[marked], wrong, shortest)
     return soup, values
+
+
+def _answers(soup: Soup, ask: Ask, points: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    return ask(points, normals(soup)[triangle], soup.owner[triangle], soup.face[triangle])
+
+
+def _no_wider(soup: Soup, lengths: Lengths, levels: int, most: int) -> Soup:
+    """The soup with edges that are too long in any case split, unseen. Each has two more halvings than refinement has:
+    neither is the other's price."""
+    for _ in range(levels + 2):
+        shortest, _, longest = lengths(soup)
+        wide = _longest(soup) > longest
+        if not wide.any() or len(soup.points) > most:
+            break
+        corners = soup.points[soup.place]
+        edges = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=-1)
+        triangle, k = np.nonzero(wide[:, None] & (edges > longest[:, None]))
+        places = np.sort(np.stack([soup.place[triangle, k], soup.place[triangle, (k + 1) % 3]], -1), 1)
+        soup, _ = _split(soup, places, np.zeros(len(soup.place), bool), shortest)
+    return soup
 
 
 def normals(soup: Soup) -> np.ndarray:
@@ -99,6 +130,32 @@ class _Edges:
     samples: np.ndarray  # (E, 2)
     places: np.ndarray  # (E, 2), sorted
     middle: np.ndarray  # (E, 3) world, a little inside the triangle
+
+
+def _doubtful(soup: Soup, edges: _Edges, values: np.ndarray, sure: np.ndarray, tolerance: float) -> _Edges:
+    """Without the short edges whose ends agree."""
+    ends = values[edges.samples]
+    off = np.abs(ends[:, 0] - ends[:, 1]).max(-1)
+    differ = off > tolerance * _scale(_brightness(soup, values), soup.owner[edges.triangle], ends.mean(1))
+    length = np.linalg.norm(np.diff(soup.points[edges.places], axis=1)[:, 0], axis=-1)
+    chosen = differ | (length > sure[edges.triangle])
+    return _Edges(edges.triangle[chosen], edges.samples[chosen], edges.places[chosen], edges.middle[chosen])
+
+
+def _widest(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray, room: int):
+    """(marked, wrong) with at most about `room` new samples: those edges and triangles that are the longest for what the
+    shortest there may be."""
+    at, of = np.flatnonzero(marked), np.flatnonzero(wrong)
+    length = np.linalg.norm(np.diff(soup.points[edges.places[at]], axis=1)[:, 0], axis=-1)
+    least = np.maximum(shortest, 1e-300)
+    wide = np.concatenate([length / least[edges.triangle[at]], (_longest(soup) / least)[of]])
+    price = np.repeat([1.0, 1.5], [len(at), len(of)])  # an edge has two triangles
+    order = np.argsort(-wide, kind="stable")
+    left_out = order[np.cumsum(price[order]) > room]
+    marked, wrong = marked.copy(), wrong.copy()
+    marked[at[left_out[left_out < len(at)]]] = False
+    wrong[of[left_out[left_out >= len(at)] - len(at)]] = False
+    return marked, wrong
 
 
 @dataclass(frozen=True)
@@ -183,13 +240,14 @@ def _scale(brightness: np.ndarray, owner: np.ndarray, values: np.ndarray) -> np.
     return np.maximum(np.maximum(np.abs(values).max(1), DARK * brightness[owner]), 1e-9)
 
 
-def _split(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
-    """(soup with the marked edges split and neighbours closed, (T,) bool: triangles that are new)."""
+def _split(soup: Soup, places: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
+    """(soup with edges split and neighbours closed, (T,) bool: triangles that are new). places (E, 2), sorted: ends of the
+    edges; wrong (T,) bool: triangles all of whose edges are; shortest (T,) m: no edge below is."""
     keys, edge_of, length = edges_of(soup.points, soup.place)
     limit = np.full(len(keys), np.inf)
-    np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest[soup.owner], 3))
+    np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest, 3))
     mark = np.zeros(len(keys), bool)
-    at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], edges.places[marked] @ [len(soup.points) + 1, 1])
+    at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], places @ [len(soup.points) + 1, 1])
     mark[at] = True
     mark[edge_of[wrong].ravel()] = True
     return _cut(soup, keys, edge_of, closed(mark & (length > limit), edge_of, length))

@@ -105,21 +105,26 @@ def bake_assets(
             return tracer(rays, hide, samples, progress=lambda p, _: tell(start + p / steps, text))
 
         tell(start, text)
-        _bake_surfaces(scene, followed, Path(folder), settings, traced_last, again)
+        finest = {name: value for kind in kinds for name, value in getattr(methods.get(kind), "SURFACES", {}).items()}
+        _bake_surfaces(scene, followed, Path(folder), finest, settings, traced_last, again)
     tell(1.0, "Baked")
     return list(made)
 
 
-def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings, tracer, again: bool) -> None:
-    """The surface radiance of these instances, and of those that an earlier bake of the same scene had; kept when fresh."""
+def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, finest: dict, settings, tracer, again: bool) -> None:
+    """The surface radiance of these instances, and of those that an earlier bake of the same scene had; kept when fresh, or when a
+    method that draws surfaces (`finest`: its settings for them) had it made finer."""
     path = folder / asset_name(surface_asset.KIND, "")
-    asked = {**surface_radiance.DEFAULTS, **{k: v for k, v in (settings or {}).items() if k in surface_radiance.DEFAULTS}}
-    words = [scene.geometry_hash, surface_asset.KIND, json.dumps(asked, sort_keys=True)]
-    inputs = hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()
+    asked = {**surface_radiance.DEFAULTS, **finest, **{k: v for k, v in (settings or {}).items() if k in surface_radiance.DEFAULTS}}
     try:
         earlier = load_asset(path) if os.path.isfile(path / "asset.json") else None
     except ReflectError:
         earlier = None  # damaged: baked again
+    if earlier is not None and not finest:
+        finer = {k: v for m in methods.all_methods() for k, v in getattr(m, "SURFACES", {}).items()}
+        asked |= finer if finer.items() <= earlier.settings.items() else {}
+    words = [scene.geometry_hash, surface_asset.KIND, json.dumps(asked, sort_keys=True)]
+    inputs = hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()
     if earlier is not None and is_fresh(earlier, inputs):
         known = {part.instance for part in earlier.parts}
         if names <= known and not again:
@@ -133,7 +138,7 @@ def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings
 
 def draws_surfaces(method: str) -> bool:
     """Whether the method needs the scene's surface radiance."""
-    return getattr(methods.get(method), "SURFACES", False)
+    return bool(getattr(methods.get(method), "SURFACES", None))
 
 
 def load_surfaces(method: str, folder: Path) -> Asset | None:

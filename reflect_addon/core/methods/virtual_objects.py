@@ -35,7 +35,8 @@ from . import layered_distance
 NAME = "virtual_objects"
 LABEL = "Virtual Objects"
 REQUIRES = (layered_distance.NAME,)
-SURFACES = True
+# As fine as the reflectors see them, cut along steps (surface_radiance.py).
+SURFACES = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000}
 SETTINGS = {
     "map_texels": Setting("Map Texels", "Texels along an edge of the maps of a reflector's own shape. More place reflections on finer "
                           "shapes", low=16, high=1024, power_of_two=True),
