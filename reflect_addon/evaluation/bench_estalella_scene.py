@@ -78,7 +78,7 @@ def kitchen() -> Kitchen:
     part = parts_of(positions, triangles, normals, most=1)[0]
     surface = part_surface(part, positions, triangles, normals)
     images, blocks = reflector_map.atlas([reflector_map.build(part.center, part.size, SIDE, surface)])
-    ball, cone = virtual_objects._around(part, positions, triangles, normals)
+    piece = virtual_objects._rows(part, blocks[0], False, positions, triangles, normals)[0][1]
     space = MapSpace(part.center, np.eye(3) / part.size)
     pieces = [_fine(scene, instance) for instance in scene.instances if instance is not reflector]
     owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
@@ -89,7 +89,8 @@ def kitchen() -> Kitchen:
         )
         for name, steps in STEPS.items()
     }  # fmt: skip
-    fixed = {"block": np.array([*blocks[0], 1.0]), "ball": ball, "cone": cone}
+    columns = {"block": virtual_objects.PLACE, "ball": virtual_objects.BALL, "cone": virtual_objects.CONE}
+    fixed = {name: piece[column] for name, column in columns.items()}
     asset = SimpleNamespace(images=images, uniforms={})
     points = np.concatenate(pieces).astype(np.float32)
     return Kitchen(scene, REFLECTOR, camera, points, owner, space, space.observer(camera), asset, fixed, programs)
