@@ -21,7 +21,7 @@ from .virtual_grid import BITS, CORNERS, Boxes, boxes, pack, unpack
 
 # Halvings of a box's longest side in its first level; cells of as few vertices are not taken apart. With 8 there are twice the nodes, for
 # as many searches within a tenth (teapot, bunny).
-FIRST, FEW = 1, 16
+FIRST, FEW = 0, 16
 # Places along a side of a box: the finest cells are two wide, since they have a middle.
 UNITS = 1 << (BITS - 1)
 # Cells of the level before in which a new corner lies, at most.
