@@ -260,3 +260,6 @@ CUT_ERROR = 0.4
 CUT_RADIANCE = 1e-6
 # RMS error of a chequered floor of 0.2 and 1 by the solid angle at a ball, edges of 1/32 rad with four halvings (0.07 measured).
 REACH_RADIANCE = 0.1
+
+# core/virtual_follow.py: how much more than their places virtual points jump that are a thousandth apart, px at a tolerance of 1.
+GRID_JUMP = 0.1

@@ -1,21 +1,18 @@
 """Grids and octrees of virtual vertices (core/virtual_grid.py, core/virtual_octree.py)."""
 
 from time import process_time
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import tolerances
 import trimesh
+from mirror_ball import Mirror
 
-from reflect_addon.core import reflection_search, reflector_map
-from reflect_addon.core.kernel import evaluate, record_function
 from reflect_addon.core.virtual_grid import CORNERS, grid, interpolated
 from reflect_addon.core.virtual_follow import follow
 from reflect_addon.core.virtual_octree import octree
 from reflect_addon.core.virtual_status import CONVERGED, FAILED, HIDDEN, UNREFLECTED
 
-WIDTH = 320  # px, of a picture as wide as high is 240
 MATRIX = np.array([[1.0, 0.3, -0.2, 0.1], [0.0, -2.0, 0.4, 3.0], [0.5, 0.1, 0.7, -1.0]])
 
 
@@ -29,7 +26,7 @@ def everywhere(points, instance):
 
 
 def in_pixels(virtual):
-    return virtual[:, :2] / virtual[:, 3:] * WIDTH
+    return virtual[:, :2] / virtual[:, 3:] * 320
 
 
 def teapot() -> np.ndarray:
@@ -143,33 +140,6 @@ def test_nothing_at_all():
     assert tables.cell_nodes.shape == (0, 8)
     assert len(interpolated(tables, np.zeros((0, 4)), np.zeros(0))[0]) == 0
     assert follow(octree(*none), everywhere, in_pixels, 0.1)[2].sum() == 0
-
-
-class Mirror:
-    """A ball of 1 m about the origin, searched through the kernel, and a picture whose middle it is."""
-
-    def __init__(self):
-        self.images, self.blocks = reflector_map.atlas([
-            reflector_map.build(np.zeros(3), 1.0, 64, lambda d: (np.ones(len(d)), d, np.ones(len(d), bool)))
-        ])  # fmt: skip
-        options = {"steps": 16, "tolerance": reflection_search.TOLERANCE}
-        self.program = record_function(reflection_search.newton, reflection_search.INPUTS, reflector_map.IMAGES, options=options)
-        self.eye = np.array([0.0, -3.0, 0.5])
-
-    def search(self, points, instance=None):
-        row = {
-            "observer": [*self.eye, 1], "start": [0] * 4, "block": [*self.blocks[0], 1], "ball": [0, 0, 0, 1], "cone": [0, 0, 1, -1]
-        }  # fmt: skip
-        inputs = {name: np.broadcast_to(np.array(value, float), (len(points), 4)) for name, value in row.items()}
-        inputs["vertex"] = np.column_stack([points, np.ones(len(points))])
-        found = evaluate(self.program, inputs, SimpleNamespace(images=self.images, uniforms={}))
-        return found["virtual"], found["status"]
-
-    def pixels(self, virtual):
-        ahead = -self.eye / np.linalg.norm(self.eye)
-        right = np.array([-ahead[1], ahead[0], 0]) / np.hypot(*ahead[:2])
-        to = virtual[:, :3] / virtual[:, 3:] - self.eye
-        return np.stack([to @ right, to @ np.cross(right, ahead)], 1) / (to @ ahead)[:, None] * WIDTH
 
 
 @pytest.mark.parametrize("place", [(0, -2, 0), (1.8, -0.5, 0.3), (-1.2, -1.2, 1.2)])
