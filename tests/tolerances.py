@@ -263,3 +263,6 @@ REACH_RADIANCE = 0.1
 
 # core/virtual_follow.py: how much more than their places virtual points jump that are a thousandth apart, px at a tolerance of 1.
 GRID_JUMP = 0.1
+# ... and the largest error over the tolerance where a bump bends up along one axis and down along another, which cancel at a cell's
+# middle (2.4 measured; in mirrors the largest is below the tolerance).
+GRID_SADDLE = 3.0
