@@ -261,8 +261,11 @@ CUT_RADIANCE = 1e-6
 # RMS error of a chequered floor of 0.2 and 1 by the solid angle at a ball, edges of 1/32 rad with four halvings (0.07 measured).
 REACH_RADIANCE = 0.1
 
-# core/virtual_follow.py: how much more than their places virtual points jump that are a thousandth apart, px at a tolerance of 1.
-GRID_JUMP = 0.1
+# core/virtual_follow.py: how much more than their places virtual points jump that are a thousandth apart, px at a tolerance of 1
+# (0.034 measured).
+GRID_JUMP = 0.05
 # ... and the largest error over the tolerance where a bump bends up along one axis and down along another, which cancel at a cell's
 # middle (2.4 measured; in mirrors the largest is below the tolerance).
 GRID_SADDLE = 3.0
+# core/virtual_mesh.py: how much more than by the second derivative an edge bends that is 0.2 rad wide (1.02 measured).
+CHORD_HIGHER_ORDERS = 1.05

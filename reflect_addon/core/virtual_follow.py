@@ -2,8 +2,8 @@
 
 Two passes a level, one thread each:
 1. Corners that the level adds are searched where a cell of the level before that they lie in is taken apart, else interpolated there.
-2. Cells of a cell that was taken apart search their middle and compare it with the mean of their corners, which is what trilinear
-   interpolation would say. Where the two differ by more than the tolerance, in pixels, the cell is taken apart. Other middles are that mean.
+2. Parts of a cell that was taken apart search their middle and compare it with the mean of their corners, which is what trilinear
+   interpolation would say. Where the two differ by more than the tolerance, in pixels, they are taken apart. Other middles are the mean.
 Then vertices are interpolated in their last cell, or searched where that one is still taken apart.
 Each node has one value, whichever cell asks, so there are no cracks, and interpolation goes on between cells of different levels; taken in
 the last cell that was searched instead, it jumps by up to the tolerance, and errs by a quarter more for as many searches (teapot, bunny:
@@ -83,7 +83,7 @@ def _cells(tree: Octree, cells, value, state, apart, ask, project: Project, tole
 
 
 def cell_error(value, state, project: Project, tolerance: float, sure: bool) -> np.ndarray:
-    """(C,) px by which cells err that are to be taken apart, else 0; of what is known of their corners and middles, (C, 9, 4) and (C, 9)."""
+    """(C,) px by which cells err that are to be taken apart, else 0; of their corners' and middles' values (C, 9, 4) and states (C, 9)."""
     error = UNSEEN * np.linalg.norm(project(value[:, 8]) - project(value[:, :8].mean(1)), axis=1)
     place, reflected = project(value.reshape(-1, 4)).reshape(-1, 9, 2), state == CONVERGED
     high, low = (np.where(reflected[..., None], place, far) for far in (-np.inf, np.inf))

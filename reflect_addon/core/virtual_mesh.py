@@ -2,9 +2,12 @@
 
 Problem. Only vertices are reflected, and "edges of large polygons are not correctly reflected, since we only reflect the endpoints"
 [estalella-2005 section 8].
-Idea. An edge that is seen under an angle t from a mirror of radius r is seen along an arc of it about r t / 2 long, since a mirror
-turns rays by twice its own angle; such an arc departs from its chord by c^2 / 8 r, which is r t^2 / 32. With t at most WIDEST that
-is an eighth of a pixel on a mirror 200 pixels wide. So edges are split in halves until t is below it.
+Idea. Edges are split in halves until they are seen under an angle of WIDEST at most. How far a straight edge departs from the chord
+between its ends' images, seen under an angle t from the middle of a ball of radius r: what lies at an angle 2 h from the eye's direction is
+shown at r sin h from the picture's middle. Along a great circle across that direction the image's second derivative in the angle is
+k r, k = sin h (2 cos^2 h + 1) / (4 cos^2 h), which no other direction exceeds (tests): the image bends by k r t^2 / 8. In the inner half
+of the ball's picture k <= 1 / sqrt 2, so it is at most r t^2 / 11.3 (`widest`); k is 1.3 where three quarters of it end, and has no bound
+towards the rim. Half of all far edges bend by less than r t^2 / 25; near ones, of which the ball sees more, by less.
 In pixels that is less for a smaller mirror, so t may be larger by the root of how much smaller than the scene's largest curved one it is.
 The angle is taken from the nearest point of a reflector's bounding box and never nearer than NEAR of its size: what touches a mirror
 would be split without end. An edge is judged by its end points alone, so neighbours agree and the mesh stays whole.
@@ -14,6 +17,7 @@ Triangles that lie together are a chunk, with vertices of its own: what cannot b
 Limits. Radiance is interpolated along split edges: it was sampled before. Past MOST triangles no edge is split.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +26,22 @@ from .edge_split import closed, cut, edges_of
 from .snapshot import Instance, SceneSnapshot
 from .surface_asset import SurfaceMesh
 
-WIDEST = 0.2  # rad
+# Pixels that an edge may bend by in the inner half of the picture of a ball, and how wide that picture is.
+BEND, PICTURE = 0.35, 200.0
 NEAR = 0.25
 MOST = 1 << 17  # triangles
 CHUNK = 192  # triangles
 LEVELS = 12  # halvings of an edge, at most
 # Corner normals that depart from their triangle's by less than this do not bend anything.
 FLAT = 1e-3
+
+
+def widest(bend: float, picture: float) -> float:
+    """Radians under which an edge may be seen, to bend by `bend` pixels at most in the inner half of a ball's picture, `picture` wide."""
+    return math.sqrt(8 * math.sqrt(2) * bend / (picture / 2))
+
+
+WIDEST = widest(BEND, PICTURE)  # 0.2 rad
 
 
 @dataclass(frozen=True)
@@ -59,7 +72,7 @@ class _Soup:
     owner: np.ndarray  # (S,)
 
 
-def virtual_mesh(scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh], widest: float = WIDEST) -> VirtualMesh:
+def virtual_mesh(scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh], angle: float = WIDEST) -> VirtualMesh:
     """The surfaces by instance name, each as its object is now, split for the scene's curved reflectors."""
     named = scene.named()
     names = tuple(name for name in surfaces if name in named)
@@ -70,7 +83,7 @@ def virtual_mesh(scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh], widest:
         if not len(soup.place) or len(soup.place) >= MOST or not boxes:
             break
         keys, edge_of, length = edges_of(soup.points, soup.place)
-        wide = _angle(soup.points[keys], length, boxes, largest) > widest
+        wide = _angle(soup.points[keys], length, boxes, largest) > angle
         if not wide.any():
             break
         found = cut(soup.points, soup.place, soup.sample, keys, edge_of, closed(wide, edge_of, length))
@@ -109,13 +122,13 @@ def _bends(scene: SceneSnapshot, reflector: Instance) -> bool:
 
 def _angle(ends: np.ndarray, length: np.ndarray, boxes, largest: float) -> np.ndarray:
     """(E,) the widest angle, about, under which one of the boxes sees each edge, a small box's counting less; ends: (E, 2, 3)."""
-    widest = np.zeros(len(ends))
+    found = np.zeros(len(ends))
     for low, high in boxes:
         apart = np.linalg.norm(np.maximum(np.maximum(low - ends, ends - high), 0), axis=-1).min(1)
         near = NEAR * np.mean(high - low)
         weight = np.sqrt(np.linalg.norm(high - low) / max(largest, 1e-30))
-        widest = np.maximum(widest, weight * length / np.maximum(apart, max(near, 1e-30)))
-    return widest
+        found = np.maximum(found, weight * length / np.maximum(apart, max(near, 1e-30)))
+    return found
 
 
 def _mesh(soup: _Soup, names: tuple[str, ...]) -> VirtualMesh:

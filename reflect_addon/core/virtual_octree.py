@@ -49,49 +49,44 @@ class Octree:
 
 @dataclass(frozen=True)
 class _Cells:
-    """One level's, or all."""
+    """C cells, level by level."""
 
     owner: np.ndarray  # (C,) box
     place: np.ndarray  # (C, 3) of the lower corner, in units
     width: np.ndarray  # (C, 3) units
-    parent: np.ndarray  # (C,) in the level before
+    parent: np.ndarray  # (C,), -1 in the first level
 
 
 def octree(positions: np.ndarray, instance: np.ndarray) -> Octree:
     """All instances' levels. positions: (V, 3) object space, m; instance: (V,)."""
     box = boxes(positions, instance)
-    levels, vertex_cell, vertex_where = _cells(box)
-    count = np.array([len(level.owner) for level in levels], int)
-    ends = np.cumsum(count)
-    cells = _Cells(*(np.concatenate(parts) for parts in zip(*(
-        (c.owner, c.place, c.width, c.parent + before) for c, before in zip(levels, [0, 0, *ends[:-2]], strict=False)
-    ), strict=True)))  # fmt: skip
-    cells.parent[: count[0]] = -1
-    keys = _nodes(box, cells)
-    unique, which = np.unique(keys, return_inverse=True)
-    order, first, middle = _order(which.reshape(-1, 9), np.repeat(np.arange(len(count)), count), len(unique))
+    cells, ends, vertex_cell, vertex_where = _cells(box)
+    count = np.diff(ends, prepend=0)
+    level = np.repeat(np.arange(len(count)), count)
+    unique, which = np.unique(_nodes(box, cells), return_inverse=True)
+    order, first, middle = _order(which.reshape(-1, 9), level, len(unique))
     number = np.empty(len(order), int)
     number[order] = np.arange(len(order))
     nodes = number[which.reshape(-1, 9)]
     owner, place = unpack(unique[order])
     first, middle = first[order], middle[order]
-    around, where = _around(cells, nodes, place, np.repeat(np.arange(len(count)), count), np.where(middle, -1, first))
-    levels_first = np.searchsorted(first, np.arange(len(count) + 1))
+    around, where = _around(cells, nodes, place, level, np.where(middle, -1, first))
+    start = np.searchsorted(first, np.arange(len(count) + 1))
     return Octree(
         np.asarray(positions, np.float32).reshape(-1, 3), np.asarray(instance, np.int32),
         box.positions(owner, place / UNITS), box.names[owner].astype(np.int32), around, where,
         nodes.astype(np.int32), cells.parent.astype(np.int32), vertex_cell, vertex_where,
-        np.stack([levels_first[:-1], levels_first[:-1] + count, levels_first[1:]], -1), np.stack([ends - count, ends], -1),
+        np.stack([start[:-1], start[:-1] + count, start[1:]], -1), np.stack([ends - count, ends], -1),
     )  # fmt: skip
 
 
-def _cells(box: Boxes) -> tuple[list[_Cells], np.ndarray, np.ndarray]:
-    """(levels, one at least, (V,) int32 last cell of each vertex counted over all levels, (V, 3) float32 where in it)."""
+def _cells(box: Boxes) -> tuple[_Cells, np.ndarray, np.ndarray, np.ndarray]:
+    """(cells, (L,) where each level ends, (V,) int32 last cell of each vertex, (V, 3) float32 where in it). One level at least."""
     with np.errstate(divide="ignore"):
         start = np.rint(np.log2(np.maximum(box.shape, 2.0**-64))).astype(np.int64) + FIRST
-    levels: list[_Cells] = []
+    levels, ends = [], []
     last, last_where = np.zeros(len(box.owner), np.int32), np.zeros((len(box.owner), 3), np.float32)
-    vertex, parent, before = np.arange(len(box.owner)), np.zeros(len(box.owner), np.int64), 0
+    vertex, parent, before = np.arange(len(box.owner)), np.full(len(box.owner), -1), 0
     while len(vertex) or not levels:
         number = 1 << np.maximum(start + len(levels), 0)
         cell, where = (values[vertex] for values in box.cells(number))
@@ -100,12 +95,13 @@ def _cells(box: Boxes) -> tuple[list[_Cells], np.ndarray, np.ndarray]:
             pack(box.owner[vertex], cell * width[box.owner[vertex]]), return_index=True, return_inverse=True, return_counts=True
         )
         owner, place = unpack(keys)
-        levels.append(_Cells(owner, place, width[owner], parent[index]))
+        levels.append((owner, place, width[owner], parent[index]))
+        ends.append(before + len(keys))
         last[vertex], last_where[vertex] = before + of, where
         leaf = (count <= FEW) | (width[owner].min(1, initial=UNITS) < 4) | (box.extent.max(1) == 0)[owner]
         on = ~leaf[of]
-        vertex, parent, before = vertex[on], of[on], before + len(keys)
-    return levels, last, last_where
+        vertex, parent, before = vertex[on], before + of[on], ends[-1]
+    return _Cells(*map(np.concatenate, zip(*levels, strict=True))), np.array(ends), last, last_where
 
 
 def _nodes(box: Boxes, cells: _Cells) -> np.ndarray:

@@ -131,14 +131,14 @@ def test_a_finer_tolerance_asks_more_and_errs_less(tree):
 
 
 def test_neighbours_across_cells_stay_together():
-    """Points that are a millionth apart, everywhere on a wall: between cells of one level nothing jumps, between others hardly."""
+    """Points that are a thousandth apart, everywhere on a wall."""
     random = np.random.default_rng(6)
     points = random.uniform(-1, 1, (30000, 3)) * [1, 1, 0]
     points = np.concatenate([points, points + random.uniform(-1, 1, points.shape) * [1e-3, 1e-3, 0]]).astype(np.float32)
     virtual, _, _ = follow(octree(points, np.zeros(len(points), int)), Asked(), in_pixels, 1.0)
     off = in_pixels(virtual - bent(points)).reshape(2, -1, 2)
     jump = np.linalg.norm(off[0] - off[1], axis=1)
-    assert np.percentile(jump, 99) < tolerances.GRID_JUMP and jump.max() < 10 * tolerances.GRID_JUMP
+    assert jump.max() < tolerances.GRID_JUMP
 
 
 def test_vertices_at_one_place_stay_together(tree):
