@@ -7,7 +7,7 @@ import bpy
 from . import cli
 from .ops import bake, cancel, delete_assets, focus_here, mark, open_folder, refresh
 from .scene import handlers, live, properties
-from .ui import method_settings, panel, preferences, settings
+from .ui import map_preview, method_settings, panel, preferences, settings
 
 CLASSES = (
     preferences.ReflectPreferences,
@@ -31,6 +31,7 @@ CLASSES = (
 def steps() -> Iterator[tuple[Callable[[], None], Callable[[], None]]]:
     """(do, undo) pairs."""
     yield properties.register, properties.unregister
+    yield map_preview.register, map_preview.unregister
     for cls in CLASSES:
         yield lambda cls=cls: bpy.utils.register_class(cls), lambda cls=cls: bpy.utils.unregister_class(cls)
     yield _add_scene_settings, _remove_scene_settings

@@ -1,4 +1,4 @@
-"""One scene with something of everything, baked by every registered method's own bake without Blender: what the agreement
+"""One scene with something of everything, baked without Blender by every method that answers rays: what the agreement
 tests of GLSL and shader nodes run on."""
 
 import numpy as np
@@ -48,11 +48,11 @@ def scene_of_everything() -> SceneSnapshot:
 def bake_all(scene: SceneSnapshot, paint=None) -> dict[str, Asset]:
     """method -> its asset, joined with what it requires."""
     done: dict[str, Asset] = {}
-    for name in methods.with_required(methods.names()):
+    for name in methods.with_required(methods.gathering()):
         method = methods.get(name)
         required = {kind: done[kind] for kind in method.REQUIRES}
         done[name] = method.bake(job(scene, {**method.DEFAULTS, **SETTINGS}, required, paint))
-    return {name: done[name].joined(*(done[kind] for kind in methods.get(name).REQUIRES)) for name in methods.names()}
+    return {name: done[name].joined(*(done[kind] for kind in methods.get(name).REQUIRES)) for name in methods.gathering()}
 
 
 def rays_of_all_kinds(rng, count: int) -> Rays:

@@ -11,7 +11,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "blender")]
 # Before bpy is imported: tests must never see or touch the profile of the person who runs them.
-os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="reflect-profile-"))
+# A process beside others has its own, and must not take the one that pytest's first process made.
+if "PYTEST_XDIST_WORKER" in os.environ or "BLENDER_USER_RESOURCES" not in os.environ:
+    os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="reflect-profile-")
+
+from workers import (  # noqa: E402, F401  hooks; the path is set above
+    pytest_collection_modifyitems,
+    pytest_runtest_makereport,
+    pytest_runtest_protocol,
+    pytest_xdist_auto_num_workers,
+)
 
 
 def pytest_terminal_summary(terminalreporter, config):
@@ -28,6 +37,18 @@ def pytest_deselected(items):
     if items and not items[0].config.option.markexpr == "slow":
         slow = sum(item.get_closest_marker("slow") is not None for item in items)
         items[0].config.stash[LEFT_OUT] = items[0].config.stash.get(LEFT_OUT, 0) + slow
+
+
+def pytest_sessionfinish(session):
+    """Where the tests run in several processes, each has left out the same; the one that writes the end is told."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["left out"] = session.config.stash.get(LEFT_OUT, 0)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    told = getattr(node, "workeroutput", {}).get("left out", 0)  # nothing by a process that crashed
+    node.config.stash[LEFT_OUT] = max(told, node.config.stash.get(LEFT_OUT, 0))
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""`./dev demo`: evaluate every method on the sample scenes, or on the files named, and write one report.
+"""`./dev demo`: evaluate every method that answers rays on the sample scenes, or on the files named, and write one report.
 
 Each file runs in its own process, so that a file that cannot be evaluated leaves the others their place in the report.
 """
@@ -8,6 +8,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+
+from reflect_addon.core.methods import gathering
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ("teapots", "columns", "contact", "kitchen")
@@ -49,7 +51,8 @@ def main(argv=None):
     if missing:
         parser.error(f"no such file: {', '.join(missing)}")
 
-    methods = "all" if arguments.no_eevee else "all,eevee"
+    # Without virtual objects, until they cost software OpenGL less than seconds a frame (docs/decisions.md).
+    methods = ",".join((*gathering(), *(() if arguments.no_eevee else ("eevee",))))
     done, failed = [], []
     begun = time.monotonic()
     for number, (file, name) in enumerate(zip(files, names_for(files)), 1):

@@ -145,7 +145,7 @@ def look_up(k, asset, direction, angle, bottom=0.0, scales=None):
     """
     image, n = asset.images["radiance_tx"], asset.uniforms["cube_size"]
     radiance_scale, distance_scale = scales or (asset.uniforms["radiance_scale"], asset.uniforms["distance_scale"])
-    face, s, t = _face(k, direction)
+    face, s, t = face_of(k, direction)
     # A texel near the middle of a face is 2 / n radians wide; coarser levels only where the footprint passes that.
     coarsest = asset.uniforms["cube_coarsest"]
     level = k.name("cube_level", k.min(k.log2(k.max(angle * n * 0.5, 1.0)), coarsest))
@@ -162,7 +162,7 @@ def stored_distance(k, asset, direction, bottom=0.0, blended=False):
     """Kernel: the distance along `direction` as it is stored, over distance_scale; 0 for the sky. Of the nearest texel, or
     blended of four, which beside the sky is nearer than any of them."""
     image = asset.images["radiance_tx"]
-    x, y = _texel(asset.uniforms["cube_size"], 1.0, 0.0, bottom, *_face(k, direction))
+    x, y = _texel(asset.uniforms["cube_size"], 1.0, 0.0, bottom, *face_of(k, direction))
     return (k.sample(image, x, y) if blended else k.fetch(image, k.floor(x), k.floor(y))).w
 
 
@@ -177,7 +177,7 @@ def blend_levels(k, level, coarsest, sample_at):
     return k.branch(level > 0.0, lambda: (k.mix(fine, sample_at(low + 1.0), level - low),), lambda: (fine,))[0]
 
 
-def _face(k, d):
+def face_of(k, d):
     """Kernel form of spaces.cube_coordinates; on ties the first axis wins."""
     ax, ay, az = k.abs(d.x), k.abs(d.y), k.abs(d.z)
     is_x = (ax >= ay) & (ax >= az)

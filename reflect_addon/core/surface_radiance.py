@@ -22,11 +22,18 @@ from .mirrors import mirror_of
 from .rays import Hits, Rays
 from .snapshot import Instance, SceneSnapshot
 from .surface_asset import SurfaceMesh, asset_of, on_faces
-from .surface_refine import Ask, Soup, refine
+from .surface_cuts import cut
+from .surface_reach import lengths_of
+from .surface_refine import Ask, Lengths, Soup, refine
 
 # surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
-# paths for each traced point.
-DEFAULTS = {"surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16}
+# paths for each traced point; surface_angle: radians of the shortest edges as reflectors see them (surface_reach.py), 0:
+# FINEST; surface_cuts: questions for each edge that holds a step (surface_cuts.py), 0: no cuts; surface_triangles: at most
+# about so many, or as many as the objects' own meshes have where those are more.
+DEFAULTS = {
+    "surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16, "surface_angle": 0.0, "surface_cuts": 0,
+    "surface_triangles": 1 << 19,
+}  # fmt: skip
 # No edge below this share of its object's size is split: four texels of a billboard with 128, and interpolation between.
 FINEST = 1 / 32
 # Points that are traced twice. Nine in ten of their differences are below 2.3 sigma where noise is normal; twice that is
@@ -43,7 +50,8 @@ def bake(
 ) -> Asset:
     """The surface radiance of these instances, each on the sides from which it can be seen: one asset for the scene.
 
-    trace: as in core/job.py. Costs at most 2 + surface_levels bundles, whatever the number of instances."""
+    trace: as in core/job.py. Costs at most 2 + surface_levels bundles, whatever the number of instances, with surface_angle as
+    many again, for each cut one more, and mirrors need a second one each time."""
     soup = soup_of(scene, instances)
     lift = LIFT * max(scene.diagonal(), 1e-30)
 
@@ -55,24 +63,38 @@ def bake(
         rays = Rays((points + normals * above).astype(np.float32), -normals.astype(np.float32))
         hits = trace(rays, samples=samples)
         found = hits.radiance.astype(np.float64)
+        shown = []  # (what of the questions, mirror, cosine of the ray that asks, mirrored rays)
         for k, mirror in mirrors.items():
             mine = np.flatnonzero(owner == k)
             mine = mine[np.isin(scene.slots(instances[k])[face[mine]], mirror.slots)]
             if len(mine):
                 bent, cosine = mirrored(hits.part(mine), rays.direction[mine], above[mine, 0])
-                arriving = trace(bent, samples=samples).radiance
-                found[mine] = own_light(mirror.material, found[mine], cosine, np.ones(len(mine)), arriving)
+                shown.append((mine, mirror, cosine, bent))
+        if shown:  # one bundle for all: each costs the start of a render
+            bent = Rays(*(np.concatenate([getattr(s[-1], name) for s in shown]) for name in ("origin", "direction")))
+            arriving = np.split(trace(bent, samples=samples).radiance, np.cumsum([len(s[0]) for s in shown[:-1]]))
+            for (mine, mirror, cosine, _), light in zip(shown, arriving, strict=True):
+                found[mine] = own_light(mirror.material, found[mine], cosine, np.ones(len(mine)), light)
         return found
 
+    angle = float(settings["surface_angle"])
+    lengths = lengths_of(scene, instances, angle) if angle > 0 else _own_lengths(scene, instances)
+    noise = noise_of(soup, ask) if len(soup.place) else 0.0
+    tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
+    cuts, most = int(settings["surface_cuts"]), int(settings["surface_triangles"]) // 2  # two triangles a sample
+    soup, values = refine(soup, ask, tolerance, levels, lengths, noise, most // 3 if cuts else most)
+    soup, values = cut(soup, values, ask, tolerance + noise, cuts, lengths, max(most - len(values), 0) // 2)  # two samples a cut
+    meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
+    return asset_of(scene, meshes, settings)
+
+
+def _own_lengths(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Lengths:
+    """A share of each instance's own size, for whoever looks from anywhere."""
     # A mirror shows another thing to everyone: what it shows straight above is kept, and not worth a subdivision.
     shortest = np.array(
         [np.inf if i.is_reflector else FINEST * np.ptp(scene.world_positions(i), axis=0).max() for i in instances]
     )
-    noise = noise_of(soup, ask) if len(soup.place) else 0.0
-    tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
-    soup, values = refine(soup, ask, tolerance, levels, shortest, noise)
-    meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
-    return asset_of(scene, meshes, settings)
+    return lambda soup: (shortest[soup.owner], shortest[soup.owner], np.full(len(soup.owner), np.inf))
 
 
 def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:

@@ -18,6 +18,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .edge_split import PAIRS, closed, cut, edges_of
+
 # Questions inside a triangle stand this many to a side at most ...
 MOST_INSIDE = 16
 # ... and as densely as this share of the owner's size, so that a spot in the middle of a large floor is found.
@@ -48,27 +50,37 @@ class Soup:
 Ask = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
+# soup -> ((T,) m: edges of a triangle that are no longer are not split; (T,) m: of those that are no longer and whose ends agree
+# no question is asked; (T,) m: longer ones are split, whatever they show).
+Lengths = Callable[[Soup], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
 def refine(
-    soup: Soup, ask: Ask, tolerance: float, levels: int, shortest: np.ndarray, noise: float = 0.0, most: int = 1 << 18
+    soup: Soup, ask: Ask, tolerance: float, levels: int, lengths: Lengths, noise: float = 0.0, most: int = 1 << 18
 ) -> tuple[Soup, np.ndarray]:
     """(refined soup, (S, 3) float64 value of each sample).
 
     tolerance: largest relative difference between the function and its interpolation that is left where the levels allow
-    it. shortest (owners,): edges below this length, m, are never split. most: samples after which no edge is split.
+    it. most: samples, about; those edges are split that are the longest for what the shortest there may be.
     """
+    soup = _no_wider(soup, lengths, levels, most)
     values = np.zeros((0, 3))
     fresh_triangles = np.ones(len(soup.place), bool)
     for level in range(levels + 1):
-        may = fresh_triangles & (_longest(soup) > shortest[soup.owner]) & (level < levels) & (len(values) < most)
+        shortest, sure, _ = lengths(soup)
+        may = fresh_triangles & (_longest(soup) > shortest) & (level < levels) & (len(values) < most)
         corners, edges, inside = _first_of(soup.sample.ravel(), len(values)), _edges(soup, may), _inside(soup, may)
+        if len(corners) and np.any(sure > shortest):  # what the corners say decides what is asked about
+            values = np.concatenate([values, _answers(soup, ask, _corner_points(soup, corners), corners // 3)])
+            corners = corners[:0]
+            edges = _doubtful(soup, edges, values, sure, (tolerance + noise) / 2)
         points = np.concatenate([_corner_points(soup, corners), edges.middle, inside.points])
-        triangle = np.concatenate([corners // 3, edges.triangle, inside.triangle])
         if not len(points):
             break
-        answers = ask(points, normals(soup)[triangle], soup.owner[triangle], soup.face[triangle])
+        answers = _answers(soup, ask, points, np.concatenate([corners // 3, edges.triangle, inside.triangle]))
         own, at_edges, within = np.split(answers, np.cumsum([len(corners), len(edges.middle)]))
         values = np.concatenate([values, own])
-        if not len(edges.middle):
+        if not len(edges.middle) + len(inside.points):
             break
         brightness = _brightness(soup, values)
         off = np.abs(at_edges - values[edges.samples].mean(1)).max(1)
@@ -77,8 +89,29 @@ def refine(
         off = np.abs(within - told).max(1)
         wrong = np.zeros(len(soup.place), bool)
         wrong[inside.triangle[off > (tolerance + noise) * _scale(brightness, soup.owner[inside.triangle], within)]] = True
-        soup, fresh_triangles = _split(soup, edges, marked, wrong, shortest)
+        marked, wrong = _widest(soup, edges, marked, wrong, shortest, most - len(values))
+        soup, fresh_triangles = _split(soup, edges.places[marked], wrong, shortest)
     return soup, values
+
+
+def _answers(soup: Soup, ask: Ask, points: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    return ask(points, normals(soup)[triangle], soup.owner[triangle], soup.face[triangle])
+
+
+def _no_wider(soup: Soup, lengths: Lengths, levels: int, most: int) -> Soup:
+    """The soup with edges that are too long in any case split, unseen. Each has two more halvings than refinement has:
+    neither is the other's price."""
+    for _ in range(levels + 2):
+        shortest, _, longest = lengths(soup)
+        wide = _longest(soup) > longest
+        if not wide.any() or len(soup.points) > most:
+            break
+        corners = soup.points[soup.place]
+        edges = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=-1)
+        triangle, k = np.nonzero(wide[:, None] & (edges > longest[:, None]))
+        places = np.sort(np.stack([soup.place[triangle, k], soup.place[triangle, (k + 1) % 3]], -1), 1)
+        soup, _ = _split(soup, places, np.zeros(len(soup.place), bool), shortest)
+    return soup
 
 
 def normals(soup: Soup) -> np.ndarray:
@@ -97,6 +130,32 @@ class _Edges:
     samples: np.ndarray  # (E, 2)
     places: np.ndarray  # (E, 2), sorted
     middle: np.ndarray  # (E, 3) world, a little inside the triangle
+
+
+def _doubtful(soup: Soup, edges: _Edges, values: np.ndarray, sure: np.ndarray, tolerance: float) -> _Edges:
+    """Without the short edges whose ends agree."""
+    ends = values[edges.samples]
+    off = np.abs(ends[:, 0] - ends[:, 1]).max(-1)
+    differ = off > tolerance * _scale(_brightness(soup, values), soup.owner[edges.triangle], ends.mean(1))
+    length = np.linalg.norm(np.diff(soup.points[edges.places], axis=1)[:, 0], axis=-1)
+    chosen = differ | (length > sure[edges.triangle])
+    return _Edges(edges.triangle[chosen], edges.samples[chosen], edges.places[chosen], edges.middle[chosen])
+
+
+def _widest(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray, room: int):
+    """(marked, wrong) with at most about `room` new samples: those edges and triangles that are the longest for what the
+    shortest there may be."""
+    at, of = np.flatnonzero(marked), np.flatnonzero(wrong)
+    length = np.linalg.norm(np.diff(soup.points[edges.places[at]], axis=1)[:, 0], axis=-1)
+    least = np.maximum(shortest, 1e-300)
+    wide = np.concatenate([length / least[edges.triangle[at]], (_longest(soup) / least)[of]])
+    price = np.repeat([1.0, 1.5], [len(at), len(of)])  # an edge has two triangles
+    order = np.argsort(-wide, kind="stable")
+    left_out = order[np.cumsum(price[order]) > room]
+    marked, wrong = marked.copy(), wrong.copy()
+    marked[at[left_out[left_out < len(at)]]] = False
+    wrong[of[left_out[left_out >= len(at)] - len(at)]] = False
+    return marked, wrong
 
 
 @dataclass(frozen=True)
@@ -123,12 +182,9 @@ def _corner_points(soup: Soup, corners: np.ndarray) -> np.ndarray:
     return soup.points[soup.place[triangle, k]] * (1 - INWARDS) + middle * INWARDS
 
 
-_PAIRS = np.array([[0, 1], [1, 2], [2, 0]])
-
-
 def _edges(soup: Soup, active: np.ndarray) -> _Edges:
     triangle = np.repeat(np.flatnonzero(active), 3)
-    pair = np.tile(_PAIRS, (len(triangle) // 3, 1))
+    pair = np.tile(PAIRS, (len(triangle) // 3, 1))
     samples = np.take_along_axis(soup.sample[triangle], pair, 1)
     places = np.take_along_axis(soup.place[triangle], pair, 1)
     _, first = np.unique(np.sort(samples, 1), axis=0, return_index=True)
@@ -184,76 +240,33 @@ def _scale(brightness: np.ndarray, owner: np.ndarray, values: np.ndarray) -> np.
     return np.maximum(np.maximum(np.abs(values).max(1), DARK * brightness[owner]), 1e-9)
 
 
-def _split(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
-    """(soup with the marked edges split and neighbours closed, (T,) bool: triangles that are new)."""
-    pairs = np.sort(soup.place[:, _PAIRS], axis=-1)  # (T, 3, 2)
-    keys, edge_of = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
-    edge_of = edge_of.reshape(-1, 3)
-    length = np.linalg.norm(soup.points[keys[:, 0]] - soup.points[keys[:, 1]], axis=-1)
+def _split(soup: Soup, places: np.ndarray, wrong: np.ndarray, shortest: np.ndarray) -> tuple[Soup, np.ndarray]:
+    """(soup with edges split and neighbours closed, (T,) bool: triangles that are new). places (E, 2), sorted: ends of the
+    edges; wrong (T,) bool: triangles all of whose edges are; shortest (T,) m: no edge below is."""
+    keys, edge_of, length = edges_of(soup.points, soup.place)
     limit = np.full(len(keys), np.inf)
-    np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest[soup.owner], 3))
+    np.minimum.at(limit, edge_of.ravel(), np.repeat(shortest, 3))
     mark = np.zeros(len(keys), bool)
-    at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], edges.places[marked] @ [len(soup.points) + 1, 1])
+    at = np.searchsorted(keys[:, 0] * (len(soup.points) + 1) + keys[:, 1], places @ [len(soup.points) + 1, 1])
     mark[at] = True
     mark[edge_of[wrong].ravel()] = True
-    mark &= length > limit
-    longest = np.take_along_axis(edge_of, length[edge_of].argmax(1)[:, None], 1)[:, 0]
-    while True:
-        needs = mark[edge_of].any(1) & ~mark[longest]
-        if not needs.any():
-            break
-        mark[longest[needs]] = True
-    return _cut(soup, keys, edge_of, mark)
+    return _cut(soup, keys, edge_of, closed(mark & (length > limit), edge_of, length))
 
 
 def _cut(soup: Soup, keys: np.ndarray, edge_of: np.ndarray, mark: np.ndarray) -> tuple[Soup, np.ndarray]:
-    number = np.cumsum(mark) - 1
-    points = np.concatenate([soup.points, soup.points[keys[mark]].mean(1)])
-    split = mark[edge_of]
-    # New samples: one for each pair of samples along a marked edge.
-    triangle, k = np.nonzero(split)
-    ends = np.sort(np.stack([soup.sample[triangle, k], soup.sample[triangle, (k + 1) % 3]], -1), 1)
-    _, which = np.unique(ends, axis=0, return_inverse=True)
-    new_sample = np.full(split.shape, -1)
-    new_sample[triangle, k] = which.ravel() + int(soup.sample.max(initial=-1)) + 1
-    # Corners 0..2 and midpoints 3..5 (3 between 0 and 1, ...) of every triangle.
-    place = np.concatenate([soup.place, len(soup.points) + number[edge_of]], 1)
-    sample = np.concatenate([soup.sample, new_sample], 1)
-    weights = np.concatenate([soup.weights, soup.weights[:, _PAIRS].mean(2)], 1)
-    lengths = np.linalg.norm(soup.points[soup.place[:, [1, 2, 0]]] - soup.points[soup.place], axis=-1)
-    pieces: list[tuple[np.ndarray, np.ndarray]] = []
-    pattern = split @ [1, 2, 4]
-    for code in np.unique(pattern):
-        rows = np.flatnonzero(pattern == code)
-        for first in range(3):  # the longest edge
-            mine = rows[lengths[rows].argmax(1) == first]
-            if len(mine):
-                turn = np.concatenate([(np.arange(3) + first) % 3, (np.arange(3) + first) % 3 + 3])
-                pieces.append((mine, turn[_PIECES[tuple(bool(code >> (first + i) % 3 & 1) for i in range(3))]]))
-    owner_rows = np.concatenate([np.repeat(mine, len(parts)) for mine, parts in pieces])
-    corner = np.concatenate([np.tile(parts, (len(mine), 1)) for mine, parts in pieces])
-    fresh = split.any(1)[owner_rows]
+    found = cut(soup.points, soup.place, soup.sample, keys, edge_of, mark)
+    weights = np.concatenate([soup.weights, soup.weights[:, PAIRS].mean(2)], 1)
+    rows = found.parent
     return (
         replace(
             soup,
-            points=points,
-            place=np.take_along_axis(place[owner_rows], corner, 1),
-            sample=np.take_along_axis(sample[owner_rows], corner, 1),
-            face=soup.face[owner_rows],
-            weights=np.take_along_axis(weights[owner_rows], corner[..., None], 1),
-            side=soup.side[owner_rows],
-            owner=soup.owner[owner_rows],
+            points=found.points,
+            place=found.place,
+            sample=found.sample,
+            face=soup.face[rows],
+            weights=np.take_along_axis(weights[rows], found.corner[..., None], 1),
+            side=soup.side[rows],
+            owner=soup.owner[rows],
         ),
-        fresh,
+        found.fresh,
     )
-
-
-# How a triangle whose longest edge is its first falls into parts, by which of its edges are split (the longest is, when
-# any is). Corners 0, 1, 2; midpoints 3 (of 0-1), 4 (of 1-2), 5 (of 2-0).
-_PIECES = {
-    (False, False, False): [(0, 1, 2)],
-    (True, False, False): [(0, 3, 2), (3, 1, 2)],
-    (True, True, False): [(0, 3, 2), (3, 1, 4), (3, 4, 2)],
-    (True, False, True): [(0, 3, 5), (3, 2, 5), (3, 1, 2)],
-    (True, True, True): [(0, 3, 5), (3, 2, 5), (3, 1, 4), (3, 4, 2)],
-}

@@ -1,6 +1,7 @@
 """Assets for an evaluation: those beside the .blend when they are fresh, else baked and kept."""
 
 import os
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -9,15 +10,23 @@ import bpy
 from ..core.asset import Asset
 from ..core.asset_places import file_name
 from ..core.snapshot import SceneSnapshot
-from ..scene.bake import bake_assets, load_assets
+from ..scene.bake import bake_assets, load_assets, load_surfaces
 from ..scene.places import assets_of
 from ..scene.raytrace import trace
 
 
+@dataclass(frozen=True)
+class Baked:
+    """What a method draws from."""
+
+    assets: dict[str, Asset]  # by reflector name, joined with what they require
+    surfaces: Asset | None  # the scene's surface radiance, where the method draws it
+
+
 def assets_for(
     scene: bpy.types.Scene, snapshot: SceneSnapshot, method: str, out: Path, settings: dict | None, progress
-) -> dict[str, Asset]:
-    """Reflector name -> asset of one method, joined with what it requires.
+) -> Baked:
+    """The assets of one method.
 
     Other settings than the defaults are baked below `out`, so that they do not replace what the user baked; so are all
     when the .blend was never saved or lies in a folder that cannot be written.
@@ -26,7 +35,13 @@ def assets_for(
     use_beside = bool(bpy.data.filepath) and not settings and _writable(beside)
     folder = beside if use_beside else Path(out) / "assets" / file_name(scene.name)
     bake_assets(snapshot, (method,), folder, settings=settings, tracer=partial(trace, scene=scene), progress=progress)
-    return load_assets(snapshot, method, folder)
+    return baked_in(folder, snapshot, method)
+
+
+def baked_in(folder: Path, snapshot: SceneSnapshot, method: str) -> Baked:
+    """What lies in a folder."""
+    assets = load_assets(snapshot, method, folder)
+    return Baked(assets, load_surfaces(method, folder) if assets else None)
 
 
 def _writable(folder: Path) -> bool:

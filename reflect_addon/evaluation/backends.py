@@ -12,6 +12,7 @@ from ..core.kernel import Counts, record, run_numpy
 from ..core.look import Look
 from ..core.rays import Answer, RayMap, Rays
 from ..core.snapshot import SceneSnapshot
+from ..core.spaces import FAR, STATUS_HIT
 from ..gpu.timing import Work
 from .raymap_numpy import numpy_ray_map
 
@@ -19,8 +20,11 @@ from .raymap_numpy import numpy_ray_map
 class _Backend:
     notes: tuple[str, ...] = ()
 
-    def __init__(self, snapshot: SceneSnapshot, assets: dict[str, Asset], look: Look, camera: Camera, ray_map: RayMap):
+    def __init__(
+        self, snapshot: SceneSnapshot, assets: dict[str, Asset], look: Look, camera: Camera, ray_map: RayMap, surfaces: Asset | None = None
+    ):
         self.snapshot, self.assets, self.look, self.camera, self.ray_map = snapshot, assets, look, camera, ray_map
+        self.surfaces = surfaces
 
     def answer(self) -> Answer:
         """For the covered pixels in row order, single rays without footprint; zeros where no asset answers."""
@@ -47,6 +51,8 @@ class NumpyBackend(_Backend):
 
     def __init__(self, *args):
         super().__init__(*args)
+        if self.surfaces is not None:
+            self.notes += ("Virtual objects are drawn by a GPU alone: this row is what answers where none is drawn.",)
         self.device = f"CPU {platform.machine()}, NumPy {np.__version__}"
         self._work = Counts()
         self._programs = {}
@@ -84,7 +90,7 @@ class GpuBackend(_Backend):
         found = describe()
         self.backend = found["backend"]
         self.device = f"{found['renderer']} ({found['device']})"
-        self._renderer = Renderer(self.snapshot, self.assets, look=self.look)
+        self._renderer = Renderer(self.snapshot, self.assets, look=self.look, surfaces=self.surfaces)
         start = perf_counter()
         self._renderer.prepare()
         self._upload_ms = (perf_counter() - start) * 1e3
@@ -97,6 +103,21 @@ class GpuBackend(_Backend):
         ray_map = renderer.ray_map(camera)
         renderer.free()
         return ray_map
+
+    def answer(self) -> Answer:
+        """Methods that draw are asked for the frame itself."""
+        if self.surfaces is None:
+            return super().answer()
+        mask, frame = self.ray_map.covered(), self._renderer.answer(self.camera)
+        found = Answer(frame.radiance[mask], frame.coverage[mask], frame.position[mask], frame.status[mask])
+        drawn, sky = found.status == STATUS_HIT, np.abs(found.position).max(-1, initial=0) > FAR / 2
+        shares = (100 * part.mean() for part in (drawn, sky & ~drawn, ~sky & ~drawn))
+        searches = ", ".join(f"{count:,} {name}" for name, count in self._renderer.virtual_statuses(self.camera).items())
+        self.notes = (
+            "Of the pixels {:.1f} % show virtual objects, {:.1f} % the sky, {:.1f} % fell back on distance maps.".format(*shares),
+            f"Searches: {searches or 'none'}.",
+        )
+        return found
 
     def _run(self, asset: Asset, rays: Rays) -> Answer:
         from ..gpu.fill import trace_rays

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
-from . import bench_depth, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, stability
+from . import bench_depth, bench_estalella_grid, bench_estalella_search, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, stability
 
 FORMAT = 1
 FILE_NAME = "targets.json"
@@ -20,6 +20,7 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
         bench_depth.measure,
     ),
     "yu": (bench_yu.measure,),
+    "estalella": (bench_estalella_search.measure, bench_estalella_grid.measure),
 }  # fmt: skip
 
 

@@ -1,9 +1,7 @@
 """`columns` while its ball moves: what a light field shows against Cycles, frame by frame, without another bake.
 
 A frame's rays are those of the ray map of the scene's own camera, their truth is traced; `environment` is baked again at every
-frame, where the ball then is. Flicker is the mean square of display values' second differences in time, at pixels that show
-the ball in three frames one after another; the truth's own is the product of two that differ in their noise alone, so that
-noise counts as no flicker.
+frame, where the ball then is.
 """
 
 from dataclasses import dataclass, replace
@@ -27,6 +25,7 @@ from ..scene.camera import camera_of
 from ..scene.intersect import intersector
 from ..scene.raytrace import trace
 from .backends import GpuBackend
+from .flicker import flicker as of_frames
 from .frame import open_frame
 from .truth import lifted
 
@@ -141,22 +140,6 @@ def scan(asset: Asset, frames: list[Frame], count: int = SCAN) -> Scan:
 
 
 def flicker(asset: Asset, frames: list[Frame], look: Look) -> tuple[float, float]:
-    """(the method's, the truth's): root mean square of second differences of display values; frames with two truths each."""
-    shown = [_pictures(f, look, [answer(asset, f.rays).radiance, *(t.radiance for t in f.truths)]) for f in frames]
-    sums, count = np.zeros(2), 0
-    for before, now, after in zip(range(len(frames)), range(1, len(frames)), range(2, len(frames))):
-        both = frames[before].mask & frames[now].mask & frames[after].mask
-        own, first, second = (shown[before][i][both] - 2 * shown[now][i][both] + shown[after][i][both] for i in range(3))
-        sums += np.square(own).sum(), (first * second).sum()
-        count += own.size
-    own, true = np.sqrt(np.maximum(sums, 0.0) / max(count, 1))
-    return float(own), float(true)
-
-
-def _pictures(frame: Frame, look: Look, radiances: list[np.ndarray]) -> list[np.ndarray]:
-    out = []
-    for radiance in radiances:
-        picture = np.zeros((*frame.mask.shape, 3), np.float32)
-        picture[frame.mask] = look.apply(radiance)
-        out.append(picture)
-    return out
+    """flicker.py's, of frames with two truths each."""
+    shown = [[answer(asset, f.rays).radiance, *(t.radiance for t in f.truths)] for f in frames]
+    return of_frames([f.mask for f in frames], shown, look)

@@ -21,7 +21,7 @@ from ..core.look import Look
 from ..core.progress import Progress, teller
 from ..core.rays import RayMap, Rays
 from ..core.snapshot import SceneSnapshot
-from ..gpu.timing import time_in_turns
+from ..gpu.timing import frame_seconds, time_in_turns
 from ..scene.bake import chosen_reflectors
 from ..scene.freshness import remarks
 from ..scene.look import read_look
@@ -35,6 +35,8 @@ from .truth import SEEDS, Truth, key_of, lifted, truth_of
 
 BACKENDS = {"gpu": GpuBackend, "numpy": NumpyBackend}
 TIMED = {"turns": 5, "frames": 2}
+# A frame that takes longer than this, s, is timed fewer times, beside the base alone.
+SLOW, TIMED_SLOW = 0.5, {"turns": 2, "frames": 1}
 REPORTED = 3  # assets of a method that a row's notes describe
 
 
@@ -93,13 +95,13 @@ def evaluate(
                 say(share, "eevee: drawing in another process")
                 rows += _peer_rows(scene, judged, out, lambda s, t: say(share + s * 0.6 / len(methods), t))
                 continue
-            assets = assets_for(
+            baked = assets_for(
                 scene, snapshot, name, out, settings, lambda s, t: say(share + s * 0.3 / len(methods), f"{name}: {t}")
             )
             say(share + 0.4 / len(methods), f"{name}: drawing and comparing")
-            run = BACKENDS[backend](snapshot, assets, judged.look, judged.camera, judged.ray_map)
+            run = BACKENDS[backend](snapshot, baked.assets, judged.look, judged.camera, judged.ray_map, baked.surfaces)
             runs[len(rows)] = run
-            rows.append(_row(judged, name, assets, run, out, settings or {}))
+            rows.append(_row(judged, name, baked.assets, run, out, settings or {}))
     say(0.98, "timing")
     rows = _with_times(rows, runs)
     write_rows(rows, out)
@@ -252,12 +254,17 @@ def _scores(judged: Judged, radiance: np.ndarray) -> tuple[np.ndarray, dict, lis
 
 def _with_times(rows: list[Row], runs: dict[int, object]) -> list[Row]:
     """The rows with their times; runs: row's index -> what draws it. Rows without one (a peer) have no time."""
-    times = time_in_turns([run.work() for run in runs.values()], **TIMED)
-    base = next((at for at, i in enumerate(runs) if rows[i].method == "environment"), None)
+    works = {i: run.work() for i, run in runs.items()}
+    base = next((i for i in works if rows[i].method == "environment"), None)
+    slow = [i for i, work in works.items() if i != base and frame_seconds(work) > SLOW]
     out = list(rows)
-    for at, i in enumerate(runs):
-        ratio = None if base is None else times.ratio(at, base)
-        out[i] = replace(rows[i], ms=times.median(at), ms_spread=times.spread(at), ms_vs_environment=ratio)
+    for chosen, how in (([i for i in works if i not in slow], TIMED), *(([i], TIMED_SLOW) for i in slow)):
+        timed = [*dict.fromkeys([*([base] if base is not None else []), *chosen])]
+        times = time_in_turns([works[i] for i in timed], **how)
+        for i in chosen:
+            at = timed.index(i)
+            ratio = None if base is None else times.ratio(at, timed.index(base))
+            out[i] = replace(rows[i], ms=times.median(at), ms_spread=times.spread(at), ms_vs_environment=ratio)
     return out
 
 

@@ -14,13 +14,13 @@ from ..core.errors import ReflectError
 from ..core.focus import can_focus, refocused
 from ..core.progress import teller
 from ..core.snapshot import SceneSnapshot
-from ..scene.bake import chosen_reflectors, load_assets
+from ..scene.bake import chosen_reflectors
 from ..scene.camera import camera_of
 from ..scene.exr import write_exr
 from ..scene.freshness import remarks
 from ..scene.look import read_look
 from ..scene.raytrace import primary
-from .assets import assets_for
+from .assets import assets_for, baked_in
 from .evaluate import named_camera
 from .frame import open_frame
 from .png import write_png
@@ -58,9 +58,11 @@ def render_picture(
         chosen_reflectors(snapshot, ())
         view = camera_of(scene, named_camera(scene, camera), *size)
         if assets is None:
-            loaded = assets_for(scene, snapshot, method, out.parent, settings, lambda s, t: say(0.5 * s, t))
+            baked = assets_for(scene, snapshot, method, out.parent, settings, lambda s, t: say(0.5 * s, t))
         else:
-            loaded = load_assets(snapshot, method, assets)
+            baked = baked_in(assets, snapshot, method)
+        loaded = baked.assets
+        if assets is not None:
             missing = [i.name for i in snapshot.reflectors() if asset_of(loaded, i) is None]
             if missing:
                 raise ReflectError(
@@ -75,7 +77,7 @@ def render_picture(
         if not background:
             say(0.5, "tracing the frame")
             seen = primary(view, samples=samples, scene=scene, progress=lambda s, t: say(0.5 + 0.4 * s, t))
-        renderer = Renderer(snapshot, loaded, look=read_look(scene), most_rays=lobe_rays.MOST)
+        renderer = Renderer(snapshot, loaded, look=read_look(scene), surfaces=baked.surfaces, most_rays=lobe_rays.MOST)
         if not background:
             covered = renderer.ray_map(view).covered()[..., None]
             behind = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)

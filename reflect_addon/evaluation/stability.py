@@ -98,12 +98,12 @@ def _measured(case: Case, count: int) -> list[Stability]:
 def _baked(case: Case, surfaces: Surfaces) -> dict[str, Asset]:
     """method -> its asset, joined with what it requires."""
     done: dict[str, Asset] = {}
-    for name in methods.with_required(methods.names()):
+    for name in methods.with_required(methods.gathering()):
         method = methods.get(name)
         required = {kind: done[kind] for kind in method.REQUIRES}
         job = surfaces.job({**method.DEFAULTS, **BAKE, **case.settings}, required, case.light)
         done[name] = method.bake(job, case.views) if name == "depth_maps" else method.bake(job)
-    return {name: done[name].joined(*(done[kind] for kind in methods.get(name).REQUIRES)) for name in methods.names()}
+    return {name: done[name].joined(*(done[kind] for kind in methods.get(name).REQUIRES)) for name in methods.gathering()}
 
 
 def _row(case: Case, name: str, surfaces: Surfaces, asset: Asset, rays, low: Answer, high: Answer) -> Stability:

@@ -14,6 +14,7 @@ class Counts:
     compiles: int = 0  # shaders built, not found in the session's cache
     allocations: int = 0  # render targets made
     readbacks: int = 0  # images read back to the CPU
+    searches: int = 0  # of reflection points
     captures: int = 0  # stand-ins drawn again because something moved
 
     def as_dict(self) -> dict[str, int]:

@@ -42,6 +42,12 @@ _BESIDE = {
 }  # fmt: skip
 
 
+def stored(beside: str | None) -> tuple[tuple[tuple[str, str], ...], str]:
+    """(a program's further outputs, GLSL that stores `origin` and `hit_...`) for a reflection buffer of this kind."""
+    _, outputs, text, _ = _BESIDE[beside]
+    return outputs, _STORE_RADIANCE + text
+
+
 class TextureCache:
     """Textures by the array they were made from, so that reflectors share what their assets share."""
 
@@ -119,14 +125,15 @@ class Fill:
         )
 
     def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, most_rays=None):
-        """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere).
+        """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere), where the target has
+        depth only those for which nothing was drawn.
 
         ray_textures: RAYS, and for rough reflectors the ray map's materials and the table of materials; most_rays: for these,
         of a pixel."""
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
-            gpu.state.depth_test_set("NONE")
+            gpu.state.depth_test_set("LESS_EQUAL" if target.depth_tx else "NONE")
             if bounds is not None:
                 gpu.state.scissor_set(*bounds)
                 gpu.state.scissor_test_set(True)
@@ -143,6 +150,7 @@ class Fill:
                 shader.block(self._block_name, self._block)
             shader.draw(batch)
             gpu.state.scissor_test_set(False)
+            gpu.state.depth_test_set("NONE")
         self.counts.passes += 1
 
 

@@ -29,6 +29,7 @@ class ProgramInfo:
     outputs: tuple[tuple[str, str], ...] = ()  # (type, name), slot in this order
     generated: tuple[tuple[str, str], ...] = ()  # (include name, text): sources that are not files
     defines: tuple[tuple[str, str], ...] = ()
+    depth: str = "UNCHANGED"  # what the fragment stage makes of it
 
     @property
     def stages(self) -> dict[str, str]:
@@ -44,6 +45,8 @@ class ProgramInfo:
             create.vertex_in(slot, kind, name)
         for slot, (kind, name) in enumerate(self.outputs):
             create.fragment_out(slot, kind, name)
+        if self.depth != "UNCHANGED":
+            create.depth_write(self.depth)
         if self.varyings:
             interface = gpu.types.GPUStageInterfaceInfo(self.name.replace("-", "_") + "_iface")
             for how, kind, name in self.varyings:
@@ -182,8 +185,8 @@ def _compile(info, texts: dict[str, str]):
     create = gpu.types.GPUShaderCreateInfo()
     for name, value in info.defines:
         create.define(name, value)
-    for source, _, _ in info.blocks:
-        create.typedef_source(source)
+    if info.blocks:  # a second call would replace the first one's text
+        create.typedef_source("\n".join(source for source, _, _ in info.blocks))
     for slot, (_, struct, name) in enumerate(info.blocks):
         create.uniform_buf(slot, struct, name)
     for kind, name in info.uniforms:

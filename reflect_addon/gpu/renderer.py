@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import lobe_rays
+from ..core import lobe_rays, mirrors
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.look import Look
@@ -27,6 +27,13 @@ from .targets import RayMapTarget, ReflectionTarget
 from .timing import Work
 from .upload import MeshBuffer, read_texture, triangle_batch
 from .view import View
+from .virtual import Projector
+
+
+# Growth of a footprint by roughness up to which a reflector shows virtual objects: that of mirrors to mirrors.
+SHARPEST = 4.0 * mirrors.ROUGHEST**2
+# Pixels across: what a narrower reflector shows is a blur of colours, which distance maps give as well.
+SMALLEST = 12
 
 
 def registered_kernel(kind: str) -> Callable:
@@ -82,9 +89,11 @@ class Renderer:
         self._textures = TextureCache(self._counts)
         self._followers = Followers(self._counts, self._textures)
         self.followed = Followed()  # what the last update made again
+        self._projector = Projector(self._counts, self._textures)
         self._fills: dict[tuple[int, str | None, bool, Callable], tuple[Asset, Fill]] = {}
         self._rays: RayMapTarget | None = None
         self._answers: dict[str | None, ReflectionTarget] = {}
+        self._draws = False  # whether something is drawn into the reflection buffer, which then has depth
         self._look = LookTexture(look or Look(), self._counts)
         self._materials: MaterialTable | None = None
         self.assets = dict(assets)
@@ -129,6 +138,9 @@ class Renderer:
         self._plan_resolve()
         self._groups = self._group_reflectors()
         self.followed = self._followers.update(snapshot, self.assets.values(), self.surfaces)
+        self._projector.update(snapshot, self.assets.values(), self.surfaces)
+        if self._projector.draws != self._draws:
+            self._draws, self._answers = self._projector.draws, {}
         return changed
 
     def set_look(self, look: Look):
@@ -164,6 +176,8 @@ class Renderer:
         moves."""
         for group in self._groups:
             self._fill(group.asset, self._beside(False), group.is_rough)
+            if self._projects(group):
+                self._projector.prepare(group.asset, self._beside(False))
         self._followers.prepare(self.surfaces)
         if overlay and self._raymap.sections:
             self._resolve.overlay_program()
@@ -244,13 +258,17 @@ class Renderer:
     def _draw_answers(self, camera: Camera, positions: bool, background: Asset | None = None) -> ReflectionTarget:
         beside = self._beside(positions)
         if beside not in self._answers:
-            self._answers[beside] = ReflectionTarget(camera.width, camera.height, beside, self._counts)
+            size = camera.width, camera.height
+            self._answers[beside] = ReflectionTarget(*size, beside, self._counts, depth=self._draws)
         target = self._answers[beside]
         target.clear()
         for group in self._groups:
             bounds = self._raymap.screen_bounds(camera, range(group.first, group.last + 1))
             if bounds is not None:
                 rough = group.is_rough
+                if self._projects(group):
+                    shown = [i for i in self._sharp(group) if self._is_large(camera, i)]
+                    self._projector.draw(camera, self._rays, target, group.asset, shown, bounds)
                 textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
                 fill, most = self._fill(group.asset, beside, rough), self.most_rays if rough else None
                 fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
@@ -258,6 +276,20 @@ class Renderer:
             fill = self._fill(background, beside, kernel=background_kernel(background.kind))
             fill.draw(self.gpu, self._batch, self._rays.textures[:3], target, BACKGROUND, BACKGROUND)
         return target
+
+    def _projects(self, group: Group) -> bool:
+        """Whether virtual objects are drawn for it."""
+        return self._draws and self._projector.has(group.asset)
+
+    def _sharp(self, group: Group) -> list[int]:
+        """The reflectors of a group that are smooth enough for virtual objects, which know one ray a pixel."""
+        sharp = {s.reflector for s in self._raymap.sections if s.roughness_spread <= SHARPEST}
+        return sorted(sharp & set(range(group.first, group.last + 1)))
+
+    def _is_large(self, camera: Camera, reflector: int) -> bool:
+        """Whether a reflector may cover enough of the picture to be worth the search for virtual vertices."""
+        bounds = self._raymap.screen_bounds(camera, {reflector})
+        return bounds is not None and min(bounds[2:]) >= SMALLEST
 
     def _bounds(self, camera: Camera) -> tuple[int, int, int, int] | None:
         """What all reflectors together may cover; see RayMapPass.screen_bounds."""
@@ -306,8 +338,16 @@ class Renderer:
             sum(m.bytes for m in self._meshes.values())
             + self._textures.bytes()
             + self._followers.bytes()
+            + self._projector.bytes()
             + sum(t.bytes for t in targets if t is not None)
         )
+
+    def virtual_statuses(self, camera: Camera) -> dict[str, int]:
+        """Searches of a frame by how they ended (core/virtual_status.py); what reflectors cannot show is not searched."""
+        self._projector.tally = {}
+        self.answer(camera, positions=False)
+        found, self._projector.tally = self._projector.tally, None
+        return found
 
     def shader_source(self, asset: Asset, positions: bool = False) -> str:
         """The emitted kernel of an asset as this renderer compiles it."""
@@ -319,5 +359,6 @@ class Renderer:
         self._meshes, self._fills, self._answers = {}, {}, {}
         self._rays = self._raymap = self._materials = self._look = self._resolve = None
         self._followers.free()
+        self._projector.free()
         self._textures.keep_only(())
 

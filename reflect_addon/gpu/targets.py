@@ -56,11 +56,14 @@ class RayMapTarget:
 
 class ReflectionTarget:
     """radiance_tx (rgb, a = coverage) and, as `beside` says, "position": position_tx (xyz, w = status), "distance":
-    distance_tx (R32F, m along the ray), or None."""
+    distance_tx (R32F, m along the ray), or None; depth_tx where something is drawn into it."""
 
-    def __init__(self, width: int, height: int, beside: str | None, counts: Counts, radiance_format: str = "RGBA16F"):
+    def __init__(
+        self, width: int, height: int, beside: str | None, counts: Counts, radiance_format: str = "RGBA16F", depth: bool = False
+    ):
         gpu = ensure()
-        self.width, self.height = width, height
+        self.width, self.height, self.beside = width, height, beside
+        self.depth_tx = gpu.types.GPUTexture((width, height), format="DEPTH_COMPONENT32F") if depth else None
         self.radiance_tx = gpu.types.GPUTexture((width, height), format=radiance_format)
         self.radiance_tx.filter_mode(False)
         self.position_tx = self.distance_tx = None
@@ -72,8 +75,9 @@ class ReflectionTarget:
             self.distance_tx = gpu.types.GPUTexture((width, height), format="R32F")
             slots.append(self.distance_tx)
         slots[-1].filter_mode(False)
-        self.framebuffer = gpu.types.GPUFrameBuffer(color_slots=slots)
-        more = {"position": 16, "distance": 4, None: 0}[beside]
+        with_depth = {"depth_slot": self.depth_tx} if depth else {}
+        self.framebuffer = gpu.types.GPUFrameBuffer(color_slots=slots, **with_depth)
+        more = {"position": 16, "distance": 4, None: 0}[beside] + 4 * depth
         self.bytes = width * height * ((8 if radiance_format == "RGBA16F" else 16) + more)
         counts.allocations += 1
 
@@ -83,3 +87,6 @@ class ReflectionTarget:
                 texture.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
         if self.distance_tx is not None:
             self.distance_tx.clear(format="FLOAT", value=(0.0,))
+        if self.depth_tx is not None:
+            with self.framebuffer.bind():
+                self.framebuffer.clear(depth=1.0)

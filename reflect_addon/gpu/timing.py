@@ -57,6 +57,15 @@ def time_in_turns(
     return Times(np.array([[_time(work, frames, clock) for work in works] for _ in range(turns)]).T.reshape(len(works), turns))
 
 
+def frame_seconds(work: Work) -> float:
+    """About how long a frame takes, after one that warms up."""
+    for _ in range(2):
+        start = perf_counter()
+        work.submit()
+        work.finish()
+    return perf_counter() - start
+
+
 def close_ratio(
     work: Work, base: Work, turns: int, frames: int, clock: Callable[[], float] = perf_counter
 ) -> float:

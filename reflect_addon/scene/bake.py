@@ -48,7 +48,7 @@ def bake_assets(
 
     Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`, which takes nothing over
     from an earlier bake. With a method's setting `live` the
-    surfaces of what may move are baked too (folder/surface_radiance-all). settings override the methods'
+    surfaces of what may move are baked too, for a method that draws surfaces all that it draws (folder/surface_radiance-all). settings override the methods'
     defaults where a method has such a setting. progress(done in 0..1, text) may return False to cancel. Returns the
     folders of all assets asked for. ReflectError: no reflector, an unknown name, a disk that refuses.
     """
@@ -96,6 +96,8 @@ def bake_assets(
             done[kind], made[path] = asset, asset if together else None
             if asked.get("live"):
                 followed |= {part.instance for part in asset.parts if part.kind in CAPTURED}
+            if draws_surfaces(kind):
+                followed |= {part.instance for part in asset.parts if part.kind == "surface"}
     if followed:
         text, start = "Surfaces that may move", (steps - 1) / steps
 
@@ -103,21 +105,26 @@ def bake_assets(
             return tracer(rays, hide, samples, progress=lambda p, _: tell(start + p / steps, text))
 
         tell(start, text)
-        _bake_surfaces(scene, followed, Path(folder), settings, traced_last, again)
+        finest = {name: value for kind in kinds for name, value in getattr(methods.get(kind), "SURFACES", {}).items()}
+        _bake_surfaces(scene, followed, Path(folder), finest, settings, traced_last, again)
     tell(1.0, "Baked")
     return list(made)
 
 
-def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings, tracer, again: bool) -> None:
-    """The surface radiance of these instances, and of those that an earlier bake of the same scene had; kept when fresh."""
+def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, finest: dict, settings, tracer, again: bool) -> None:
+    """The surface radiance of these instances, and of those that an earlier bake of the same scene had; kept when fresh, or when a
+    method that draws surfaces (`finest`: its settings for them) had it made finer."""
     path = folder / asset_name(surface_asset.KIND, "")
-    asked = {**surface_radiance.DEFAULTS, **{k: v for k, v in (settings or {}).items() if k in surface_radiance.DEFAULTS}}
-    words = [scene.geometry_hash, surface_asset.KIND, json.dumps(asked, sort_keys=True)]
-    inputs = hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()
+    asked = {**surface_radiance.DEFAULTS, **finest, **{k: v for k, v in (settings or {}).items() if k in surface_radiance.DEFAULTS}}
     try:
         earlier = load_asset(path) if os.path.isfile(path / "asset.json") else None
     except ReflectError:
         earlier = None  # damaged: baked again
+    if earlier is not None and not finest:
+        finer = {k: v for m in methods.all_methods() for k, v in getattr(m, "SURFACES", {}).items()}
+        asked |= finer if finer.items() <= earlier.settings.items() else {}
+    words = [scene.geometry_hash, surface_asset.KIND, json.dumps(asked, sort_keys=True)]
+    inputs = hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()
     if earlier is not None and is_fresh(earlier, inputs):
         known = {part.instance for part in earlier.parts}
         if names <= known and not again:
@@ -127,6 +134,16 @@ def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, settings
     chosen = tuple(i for i in (*scene.instances, *scene.lamps) if i.name in names)
     asset = surface_radiance.bake(scene, tracer, chosen, asked)
     save_asset(replace(asset, inputs_hash=inputs, bake_seconds=time.perf_counter() - began), path)
+
+
+def draws_surfaces(method: str) -> bool:
+    """Whether the method needs the scene's surface radiance."""
+    return bool(getattr(methods.get(method), "SURFACES", None))
+
+
+def load_surfaces(method: str, folder: Path) -> Asset | None:
+    """The scene's surface radiance where the method needs it. ReflectError when it is damaged or was never baked."""
+    return _load(Path(folder) / asset_name(surface_asset.KIND, ""), surface_asset.KIND) if draws_surfaces(method) else None
 
 
 def load_assets(scene: SceneSnapshot, method: str, folder: Path, alone: bool = False) -> dict[str, Asset]:

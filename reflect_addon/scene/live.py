@@ -18,7 +18,7 @@ from ..core.asset_places import asset_name, scene_folder
 from ..core.errors import ReflectError
 from ..core.focus import refocused
 from ..core.snapshot import SceneSnapshot
-from .bake import answering
+from .bake import answering, draws_surfaces
 from .freshness import has_settings, inputs_now, remark
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
@@ -134,7 +134,7 @@ class Live:
         asked = scene.reflect.bake_settings()
         for reflector in self.snapshot.reflectors():
             found = [self.asset(kind, reflector.name) for kind in kinds]
-            if None in found:
+            if None in found or (self.surfaces is None and draws_surfaces(scene.reflect.method)):
                 missing.append(reflector.name)
                 continue
             if said := " ".join(filter(None, (remark(asset, self.snapshot, reflector) for asset in found))):

@@ -9,6 +9,7 @@ from ..core.settings import of as setting_of
 from ..ops import bake
 from ..scene import live
 from ..scene.camera import viewport_camera
+from .map_preview import icon_of
 
 LISTED = 12  # reflectors named in the panel; a scene may have thousands
 
@@ -118,6 +119,8 @@ class REFLECT_PT_assets(_Tab, bpy.types.Panel):
             row = column.row()
             row.label(text=f"{kind}: {reflector or 'all'}")
             row.label(text=f"{_memory(asset.bytes())}, baked in {asset.bake_seconds:.1f} s")
+            if icon := icon_of(asset):
+                column.template_icon(icon, scale=6.0)
         column.label(text=f"{len(state.assets)} assets, {_memory(state.bytes())} on the GPU")
         for message in dict.fromkeys(_reports(state)):
             _sentence(layout, context, message, "INFO")

@@ -32,7 +32,7 @@ TOO_LARGE = pytest.mark.xfail(run=False, reason="depth maps with second order ov
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=TOO_LARGE) if n == "depth_maps" else n for n in methods.names()]
+    "name", [pytest.param(n, marks=TOO_LARGE) if n == "depth_maps" else n for n in methods.gathering()]
 )
 def test_cycles_says_what_numpy_says(name, fresh_file, tmp_path, rng, assets):
     """A render per method: Cycles' stack does not hold them all in one material. Every ray without a footprint and with one."""

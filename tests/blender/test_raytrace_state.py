@@ -74,6 +74,7 @@ def run_failing(monkeypatch):
         trace(RAYS, hide=("Soup 0",), as_reflection=False)
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("how", ["ok", "cancelled", "failing"])
 def test_file_and_disk_are_as_before(busy_file, temporary, tmp_path_factory, monkeypatch, how):
     monkeypatch.setattr(raytrace, "PATHS_PER_RENDER", 400)

@@ -52,6 +52,7 @@ def test_progress_then_done():
     assert not scratch.exists()
 
 
+@pytest.mark.alone
 def test_poll_returns_at_once():
     worker, _ = run("say(progress=0, message='up'); time.sleep(60)")
     wait_for(worker, "up")
@@ -99,6 +100,7 @@ def test_garbage_is_ignored():
     assert (state.fraction, state.folders, state.error) == (1.0, (), None)
 
 
+@pytest.mark.alone
 @pytest.mark.skipif(os.name != "posix", reason="process groups are POSIX")
 def test_cancel_ends_the_whole_group(monkeypatch):
     from reflect_addon.scene import worker as module

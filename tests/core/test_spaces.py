@@ -51,7 +51,7 @@ def test_a_border_lies_past_the_edge_in_the_faces_own_plane():
 def test_the_kernel_knows_the_same_faces(rng):
     """The look-up's own arithmetic (floats and selects) against the argmax of NumPy."""
     d = np.concatenate([directions(rng, 20_000), [[1, 1, 1], [-1, 1, 1], [0, -1, 1], [0, 1, -1]]])
-    program = record_function(lambda k, s, d: dict(zip("fst", cubemap._face(k, d), strict=True)), {"d": "vec3"})
+    program = record_function(lambda k, s, d: dict(zip("fst", cubemap.face_of(k, d), strict=True)), {"d": "vec3"})
     got = evaluate(program, {"d": d}, dtype=np.float64)
     face, s, t = spaces.cube_coordinates(d)
     assert np.array_equal(got["f"], face)

@@ -42,6 +42,11 @@ def linear(points):
     return 2 + points[..., :1] * np.array([0.5, 0.1, -0.3]) + points[..., 1:2]
 
 
+def no_shorter(least):
+    """Lengths of `refine`: edges of at most `least` m are not split, and none is for its length."""
+    return lambda soup: tuple(np.full(len(soup.place), length) for length in (least, least, np.inf))
+
+
 def refined(shape, paint, tolerance=0.05, levels=6, **more):
     scene = snapshot(BALL, Thing=shape)
     soup = surface_radiance.soup_of(scene, scene.instances[1:])
@@ -51,7 +56,7 @@ def refined(shape, paint, tolerance=0.05, levels=6, **more):
         asked.append(len(points))
         return paint(points)
 
-    soup, values = refine(soup, ask, tolerance, levels, more.pop("shortest", np.zeros(1)), **more)
+    soup, values = refine(soup, ask, tolerance, levels, no_shorter(more.pop("shortest", 0.0)), **more)
     assert len(values) == soup.sample.max() + 1
     return soup, values, asked
 
@@ -109,7 +114,7 @@ def test_a_spotlight_is_found_and_followed(rng, tolerance):
 def test_a_hard_edge_ends_at_the_shortest_edge(rng):
     """A checker's border can never be interpolated: the triangles along it end at the limit, their area is small."""
     checker = lambda p: np.where((np.floor(p[..., 0] * 2 + 0.3) + np.floor(p[..., 1] * 2 + 0.3)) % 2, 1.0, 0.2)[..., None] * np.ones(3)  # noqa: E731
-    soup, values, _ = refined(floor(), checker, levels=12, shortest=np.array([1 / 32]))
+    soup, values, _ = refined(floor(), checker, levels=12, shortest=1 / 32)
     corners = soup.points[soup.place]
     edges = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=-1)
     assert edges.min() > 1 / 32 / 2 - 1e-9
@@ -135,7 +140,7 @@ def test_noise_is_no_reason_to_split(rng):
     ask = lambda points, *_: noisy(points)  # noqa: E731
     noise = surface_radiance.noise_of(soup, ask)
     assert 0.4 < noise < 0.8  # answers differ by a third at most
-    after, _ = refine(soup, ask, 0.05, 5, np.zeros(1), noise)
+    after, _ = refine(soup, ask, 0.05, 5, no_shorter(0.0), noise)
     assert len(after.place) < 1.2 * len(soup.place)
     assert surface_radiance.noise_of(soup, lambda p, *_: constant(p)) == 0
 

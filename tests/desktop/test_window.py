@@ -45,16 +45,19 @@ def session(script: str, sample: str, *more: str) -> dict:
     return json.loads((out / "result.json").read_text())
 
 
+@pytest.mark.alone
 @pytest.mark.desktop
 def test_an_artists_session():
     assert "13-eevee-on" in session("run_window", "columns.blend")["steps"]
 
 
+@pytest.mark.alone
 @pytest.mark.desktop
 def test_a_light_field_is_focused_and_shown_behind():
     assert "07-inside-again" in session("run_light_field", "columns.blend")["steps"]
 
 
+@pytest.mark.alone
 @pytest.mark.desktop
 def test_things_that_touch_and_move():
     found = session("run_contact", "contact.blend", "Suzanne matt")

@@ -29,7 +29,7 @@ def rays():
 
 
 @pytest.mark.parametrize("footprint", [False, True])
-@pytest.mark.parametrize("name", (*methods.names(), CONTACT))
+@pytest.mark.parametrize("name", (*methods.gathering(), CONTACT))
 def test_glsl_says_what_numpy_says(name, footprint, device, rng, assets, rays, record_property):
     from reflect_addon.gpu.fill import trace_rays
 

@@ -30,7 +30,8 @@ SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
 NAMES = ("teapots", "columns", "contact", "kitchen")
 OPEN = ("teapots", "contact")
 SCALES = (1e-3, 1.0, 1e4)
-SETTINGS = {"resolution": 16, "samples": 1, "texels": 8, "sky_error": 0, "maps": 1, "turns": 6}
+SETTINGS = {"resolution": 16, "samples": 1, "texels": 8, "sky_error": 0, "maps": 1, "turns": 6,
+            "views": 4, "view_texels": 16, "map_texels": 16, "surface_samples": 1}
 WIDTH, HEIGHT = 32, 24
 # Reflectors that are baked; the first one's assets answer for the others. Each costs three traces.
 BAKED = 2

@@ -16,6 +16,8 @@ and may have
     report(asset) -> str                         what was left out, as a sentence
     holds(asset, points) -> (N,) bool            whether any ray from these places is answered, a camera's too (core/background.py)
     trace_background(k, asset, ray) -> Hit       the kernel for a camera's rays, where it is another than `trace`
+    SURFACES: dict                               it draws the scene's own surfaces (gpu/virtual.py): theirs are baked that its parts
+                                                 name, with these settings, and `trace` answers what it does not draw
     focused(asset, distance) -> Asset            the asset with another focal plane, in m from its middle (0: its own), sharing its
                                                  images; and distance_of(asset, point), which plane a point lies on
 """
@@ -24,10 +26,10 @@ from types import ModuleType
 
 from .. import settings, surface_radiance
 from ..errors import ReflectError
-from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, light_field, sphere_proxy
+from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, light_field, sphere_proxy, virtual_objects
 
 # In the order in which people meet them: each repairs what the one before leaves out.
-_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field)
+_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field, virtual_objects)
 _METHODS = {m.NAME: m for m in _ALL}
 
 
@@ -44,6 +46,11 @@ def unregister(name: str) -> None:
 
 def names() -> tuple[str, ...]:
     return tuple(_METHODS)
+
+
+def gathering() -> tuple[str, ...]:
+    """The methods whose kernel answers every ray; the others draw (SURFACES), and theirs is another's for the rest."""
+    return tuple(name for name, method in _METHODS.items() if not getattr(method, "SURFACES", None))
 
 
 def all_methods() -> tuple[ModuleType, ...]:
@@ -79,7 +86,7 @@ def companions(name: str, settings: dict[str, object]) -> tuple[str, ...]:
 def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]) -> None:
     """ReflectError when a setting is known to none of the methods (nor to what they require) or has no possible value."""
     owners = [get(name) for name in with_required(wanted)]
-    if any("live" in owner.DEFAULTS for owner in owners):
+    if any("live" in owner.DEFAULTS or hasattr(owner, "SURFACES") for owner in owners):
         owners.append(surface_radiance)
     known = {name for owner in owners for name in owner.DEFAULTS}
     for name, value in given.items():

@@ -1,6 +1,6 @@
-// One triangle that covers the screen; the vertices are made from their number.
+// One triangle that covers the screen, behind all that is drawn; the vertices are made from their number.
 void main()
 {
   vec2 corner = vec2((gl_VertexID == 1) ? 3.0 : -1.0, (gl_VertexID == 2) ? 3.0 : -1.0);
-  gl_Position = vec4(corner, 0.0, 1.0);
+  gl_Position = vec4(corner, 1.0, 1.0);
 }

@@ -1,0 +1,168 @@
+"""Virtual objects drawn into the reflection buffer [estalella-2005 section 3]: per part of a reflector its virtual vertices are
+searched, and the virtual triangles drawn where the reflector is seen, in the right order and before what is behind them.
+
+The vertex that a reflector shows at R lies behind it on the line of sight, as far as the light's way is long; so order in depth is
+order along the reflected rays. With the option `finish` each fragment asks its own ray (glsl/virtual.frag.glsl).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core import virtual_status
+from ..core.asset import Asset
+from ..core.camera import Camera
+from ..core.map_space import MapSpace, map_space
+from ..core.methods import virtual_objects
+from ..core.remake import REFLECTOR
+from ..core.snapshot import Instance, SceneSnapshot
+from ..core.surface_asset import meshes_of
+from ..core.virtual_cull import may_show, runs
+from ..core.virtual_mesh import virtual_mesh
+from .counts import Counts
+from .device import ensure
+from .targets import ReflectionTarget
+from .upload import read_texture, texture_bytes
+from .virtual_draw import Drawing, Mirrors, frame_of
+from .virtual_scene import VirtualScene, image
+from .virtual_search import Found, Search, place
+
+
+@dataclass
+class _Part:
+    """A piece of one reflector."""
+
+    found: Found
+    places: np.ndarray | None = None  # the scene's, for which `space` and the placing in `found` are
+    space: MapSpace | None = None
+    balls: np.ndarray | None = None  # (C, 4): around the chunks, in that space
+    frame: object = None  # uniform buffer
+
+
+class Projector:
+    """The virtual objects of a renderer's reflectors."""
+
+    def __init__(self, counts: Counts, textures):
+        self.counts, self._textures = counts, textures
+        self._scene: VirtualScene | None = None
+        self.tally: dict[str, int] | None = None  # status -> searches that ended so, while somebody counts
+        self._made_of: tuple = ()
+        self._mirrors: Mirrors | None = None
+        self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
+        self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
+        self._parts: dict[tuple[str, int], _Part] = {}
+
+    def update(self, snapshot: SceneSnapshot, assets, surfaces: Asset | None):
+        """Take another snapshot. Meshes are made again when one has another shape; what only moved is placed elsewhere."""
+        self._snapshot, self._places = snapshot, None
+        wanted = [a for a in assets if a.kind == virtual_objects.NAME]
+        self._searches = {id(a): self._searches[id(a)] for a in wanted if id(a) in self._searches}
+        named = snapshot.named()
+        shapes = tuple((p.instance, snapshot.meshes[named[p.instance].mesh].key) for p in surfaces.parts if p.instance in named) if surfaces else ()
+        made_of = (id(surfaces), shapes) if wanted and surfaces is not None else ()
+        if made_of != self._made_of:
+            self._scene, self._parts, self._made_of, self._surfaces = None, {}, made_of, surfaces
+            self._mirrors, self._drawings = None, {}
+
+    @property
+    def draws(self) -> bool:
+        """Whether there is anything to be drawn, and for some asset."""
+        return bool(self._made_of)
+
+    @staticmethod
+    def has(asset: Asset) -> bool:
+        """Whether the asset is of a reflector that shows virtual objects."""
+        return asset.kind == virtual_objects.NAME
+
+    @property
+    def scene(self) -> VirtualScene | None:
+        """The reflected scene, uploaded when it is first asked for; None where no surface radiance was baked."""
+        if self._scene is None and self._made_of:
+            now, named = {}, self._snapshot.named()
+            for name, mesh in meshes_of(self._surfaces).items():
+                if name in named and (moved := mesh.on(self._snapshot.meshes[named[name].mesh])) is not None:
+                    now[name] = moved
+            self._scene = VirtualScene(virtual_mesh(self._snapshot, now), self.counts)
+        if self._places is None and self._scene is not None:
+            self._places = self._scene.places(self._snapshot)
+            if self._mirrors is None or self._lit != self._snapshot.light_hash:
+                self._mirrors, self._drawings = Mirrors(self._snapshot, self._scene.mesh.names, self.counts), {}
+                self._lit = self._snapshot.light_hash
+        return self._scene
+
+    def draw(self, camera: Camera, rays, target: ReflectionTarget, asset: Asset, chosen: list[int], bounds):
+        """The virtual objects that the chosen reflectors show, into a target with depth, inside bounds (x, y, width, height)."""
+        scene = self.scene
+        if scene is None or scene.batch is None:
+            return
+        reflectors = self._snapshot.reflectors()
+        for index in chosen:
+            own = "" if asset.options["sees_itself"] else reflectors[index].name
+            search, pieces = self._search(asset)
+            for number, part in enumerate(pieces):
+                held = self._part(reflectors[index], number)
+                if held.places is not self._places:
+                    held.places = self._places
+                    held.space = map_space(part.center, part.size, _baked(asset), reflectors[index].world_from_object)
+                    place(held.found, held.space.from_objects(self._places), self.counts)
+                    held.balls = scene.balls(held.space, self._places)
+                observer = held.space.observer(camera)
+                shown = may_show(part.ball, part.cone, part.block[3], observer, held.balls) & scene.others(own)
+                vertices, triangles = runs(shown, scene.mesh.chunks)
+                if triangles:
+                    search.run(scene, held.found, observer, part, vertices)
+                    if self.tally is not None:
+                        self._count(vertices)
+                    self._show(camera, index, held, rays, target, asset, bounds, triangles)
+
+    def _show(self, camera: Camera, index: int, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):
+        data = frame_of(held.space, camera, index)
+        if held.frame is None:
+            held.frame = ensure().types.GPUUniformBuf(data)
+        else:
+            held.frame.update(data)
+        self._drawing(asset, target.beside).draw(self.scene, held.found, held.frame, rays, target, bounds, ranges)
+
+    def prepare(self, asset: Asset, beside: str | None):
+        """Upload and compile now."""
+        if self.scene is not None and self.scene.batch is not None:
+            self._search(asset)
+            self._drawing(asset, beside)
+
+    def _count(self, ranges):
+        """Adds what the searches just said of the vertices in `ranges` to the tally."""
+        said = read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel()
+        said = np.concatenate([said[first : first + count] for first, count in ranges])
+        for status, name in virtual_status.NAMES.items():
+            self.tally[name] = self.tally.get(name, 0) + int((said == status).sum())
+
+    def bytes(self) -> int:
+        """Memory on the GPU besides the assets' own."""
+        held = sum(texture_bytes(part.found.start) for part in self._parts.values())
+        return held + (self._scene.bytes if self._scene else 0)
+
+    def free(self):
+        self._scene, self._mirrors, self._made_of, self._searches, self._drawings, self._parts = None, None, (), {}, {}, {}
+
+    def _search(self, asset: Asset) -> tuple[Search, tuple]:
+        if id(asset) not in self._searches:
+            self._searches[id(asset)] = (asset, Search(asset, self._textures, self.counts), virtual_objects.parts_in(asset))
+        return self._searches[id(asset)][1:]
+
+    def _drawing(self, asset: Asset, beside: str | None) -> Drawing:
+        key = (id(asset), beside)
+        if key not in self._drawings:
+            self._drawings[key] = (asset, Drawing(asset, beside, self._mirrors, self._textures, self.counts))
+        return self._drawings[key][1]
+
+    def _part(self, reflector: Instance, number: int) -> _Part:
+        key = (reflector.name, number)
+        if key not in self._parts:
+            start = image(len(self.scene.mesh.positions), "RGBA16F", self.counts)
+            self._parts[key] = _Part(Found(self.scene.virtual_img, self.scene.place_img, start))
+        return self._parts[key]
+
+
+def _baked(asset: Asset) -> np.ndarray:
+    """(4, 4) float64: where the asset's reflector stood when it was baked."""
+    return next(part.matrix() for part in asset.parts if part.kind == REFLECTOR)
