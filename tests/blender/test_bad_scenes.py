@@ -162,7 +162,7 @@ def test_a_picture_of_one_pixel_and_frames_out_of_range(reflect, good, tmp_path)
 @pytest.mark.parametrize(
     "setting, says",
     [
-        ("texel=16", ("no setting 'texel'", "There are: ", " surface_tolerance, texels")),
+        ("texel=16", ("no setting 'texel'", "There are: ", " surface_triangles, texels")),
         ("texels=17", ("texels cannot be 17", "power of two")),
         ("texels=-16", ("texels cannot be -16", "whole number")),
         ("samples=0", ("samples cannot be 0", "whole number")),
