@@ -245,7 +245,7 @@ SEARCH_STATUS_GPU, SEARCH_POINT_GPU = 0.999, 1e-5
 # is 1 on a sphere and some twenty at the ends of the ellipsoid and where rays graze the paraboloid; (point, normal).
 MAP_ERROR = (4e-3, 4e-3)
 # core/virtual_grid.py. Nodes against the share asked for: whole cells, as near to cubes as may be, so counts come in steps of about
-# a layer of cells (0.17 measured, of 61 nodes).
+# a layer of cells (0.09 measured).
 GRID_SHARE = 0.3
 # 95th percentile of the displacement of interpolated vertices, px at 320 x 240: target E3 ("not noticeable"; at most 0.20 measured).
 GRID_DISPLACEMENT = 0.5
