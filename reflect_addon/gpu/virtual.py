@@ -113,10 +113,10 @@ class Projector:
                     search.run(scene, held.found, observer, part, vertices)
                     if self.tally is not None:
                         self._count(vertices)
-                    self._show(camera, index, held, rays, target, asset, bounds, triangles)
+                    frame = frame_of(held.space, camera, index, 1.0 / pieces[0].size)
+                    self._show(frame, held, rays, target, asset, bounds, triangles)
 
-    def _show(self, camera: Camera, index: int, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):
-        data = frame_of(held.space, camera, index)
+    def _show(self, data: np.ndarray, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):
         if held.frame is None:
             held.frame = ensure().types.GPUUniformBuf(data)
         else:

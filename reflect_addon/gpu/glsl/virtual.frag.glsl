@@ -53,7 +53,8 @@ void main()
     discard;
     return;
   }
-  gl_FragDepth = 0.5 * distance_along / (1.0 + distance_along) + tier;
+  float far = distance_along / frame.options.x * frame.options.y;
+  gl_FragDepth = 0.5 * far / (1.0 + far) + tier;
   vec4 a = texelFetch(radiance_buf, texel_of(int(v_vertices.x + 0.5)), 0);
   vec4 b = texelFetch(radiance_buf, texel_of(int(v_vertices.y + 0.5)), 0);
   vec4 c = texelFetch(radiance_buf, texel_of(int(v_vertices.z + 0.5)), 0);

@@ -39,7 +39,7 @@ void main()
   }
 #endif
   // Nothing is too far to be reflected: depth only has to lie in front of the far plane, order is the fragments' business.
-  gl_Position.z = gl_Position.w - 2.0 * frame.options.y;
+  gl_Position.z = gl_Position.w - 2.0 * NEAREST / frame.options.y;
   vec3 status = vec3(virtual_a.w, virtual_b.w, virtual_c.w);
   bool hidden = all(equal(status, vec3(HIDDEN)));
   if (hidden || any(greaterThan(status, vec3(FAILED - 0.5))) || any(lessThan(status, vec3(0.5)))) {
