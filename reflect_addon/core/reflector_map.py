@@ -61,7 +61,6 @@ def build(center: np.ndarray, size: float, side: int, surface: Surface) -> Refle
 
 def atlas(maps: list[ReflectorMap]) -> tuple[dict[str, np.ndarray], list[tuple[float, float, float]]]:
     """(images by name (H, W, 4) float32, block (x, y, side) of each map), one above the other, in columns of at most TALLEST."""
-    images = {name: [] for name in IMAGES}
     blocks, columns, x, y = [], [[]], 0, 0
     for one in maps:
         height, width = one.position.shape[:2]

@@ -17,16 +17,12 @@ from dataclasses import replace
 import numpy as np
 
 from .edge_split import PAIRS
-from .surface_refine import INWARDS, Ask, Lengths, Soup, normals
+from .surface_refine import DARK, INWARDS, Ask, Lengths, Soup, normals
 
 # The answer in the middle of a step is nearer than this share of the jump to one of the ends.
 LIKE_AN_END = 0.25
 # The jump between the two cuts is at least this share of the one between the ends, or it was no step.
 STILL_THERE = 0.5
-# Differences are judged relative to the brighter end, but not to less than this share of the owner's mean.
-DARK = 0.1
-
-
 
 def cut(
     soup: Soup, values: np.ndarray, ask: Ask, tolerance: float, halvings: int, lengths: Lengths, most: int = 1 << 18
