@@ -61,10 +61,12 @@ class Measured:
 
 def measure(
     methods: tuple[str, ...], folder, size=(128, 96), truth_samples: int = 1, settings: dict | None = None,
-    reflectors: tuple[str, ...] = (),
+    reflectors: tuple[str, ...] = (), truth: Hits | None = None,
 ) -> Measured:
     """Bakes, draws and traces the open file's scene as `evaluate` does. settings None: the methods' defaults; reflectors: those
-    that are baked and whose rays are asked, all of them by default."""
+    that are baked and whose rays are asked, all of them by default. truth: what was traced before for the same rays.
+
+    What lies fresh in the folder from another call is not baked again."""
     scene = bpy.context.scene
     with open_frame(scene, None) as snapshot:
         camera = camera_of(scene, None, *size)
@@ -74,8 +76,10 @@ def measure(
         asked = np.isin(ray_map.reflector, [names.index(i.name) for i in chosen])
         ray_map = replace(ray_map, reflector=np.where(asked, ray_map.reflector, -1))
         rays = lifted(ray_map, snapshot.diagonal())
-        truth = trace(rays, samples=truth_samples, seed=1, scene=scene)
-        truth = with_lamps(truth, rays, snapshot, intersector(snapshot))
+        if truth is None:
+            truth = trace(rays, samples=truth_samples, seed=1, scene=scene)
+            truth = with_lamps(truth, rays, snapshot, intersector(snapshot))
+        assert len(truth.radiance) == len(rays.origin)
         look = read_look(scene)
         answers = {}
         bake_assets(snapshot, methods, folder, reflectors=reflectors, settings=settings, tracer=partial(trace, scene=scene))

@@ -34,7 +34,7 @@ LEFT_OUT = pytest.StashKey()
 
 
 def pytest_deselected(items):
-    if items and not items[0].config.option.markexpr == "slow":
+    if items and items[0].config.option.markexpr != "slow":
         slow = sum(item.get_closest_marker("slow") is not None for item in items)
         items[0].config.stash[LEFT_OUT] = items[0].config.stash.get(LEFT_OUT, 0) + slow
 

@@ -218,9 +218,6 @@ KIND_SHARE = 0.97
 PART_RAY, PART_RAYS_ON_EDGES = 1e-9, 1e-3
 # A map's worth of directions against a part of thousands of triangles, seconds of processor (0.5 measured).
 PART_SECONDS = 4.0
-# PN triangles of an icosphere of 320 over the flat ones, largest error in place (0.09 measured), and of a torus of 576, 95 % of normals
-# (0.51 measured; linear ones on a sphere are exact).
-FINER_PLACE, FINER_NORMAL = 0.15, 0.6
 
 # Reflection points in reflector maps (issue 5): the distance from the true one, sizes of the reflector, and the share that is as near;
 # both are the issue's. Points nearer than three texels to an open rim are left out: a rim is known to a texel.

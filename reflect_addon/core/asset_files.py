@@ -13,7 +13,6 @@ import hashlib
 import json
 import math
 import os
-import re
 import shutil
 import stat
 from pathlib import Path
@@ -21,8 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from . import image_files
-from .asset import Asset, Part
-from .asset_images import KINDS, ImageKind, kind_of
+from .asset import Asset
+from .asset_document import BAKE_AGAIN, FILE_NAME, IMAGE_NAME, MAX_SIDE, checked_entry, checked_fields, corrupt, is_int
+from .asset_images import ImageKind, kind_of
 from .asset_places import asset_folder  # noqa: F401  where the folders lie: one interface with this module
 from .errors import ReflectError
 from .processes import remove_abandoned, temporary_name
@@ -30,13 +30,7 @@ from .processes import remove_abandoned, temporary_name
 FORMAT = 1
 JSON_NAME = "asset.json"
 MAX_JSON_BYTES = 4 << 20  # an asset.json is a few kilobytes; more is not ours
-MAX_SIDE = 16384  # texels: the largest texture that Blender's OpenGL promises here
 MAX_BYTES = 4 << 30  # of all images together: past this no GPU of today draws it in real time
-
-BAKE_AGAIN = "Bake it again."
-_IMAGE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(?:%s)" % "|".join(KINDS))
-_FILE_NAME = re.compile(_IMAGE_NAME.pattern + r"-[0-9a-f]{12}\.(?:npy|dds)")
-_WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 
 
 def save_asset(asset: Asset, folder: Path) -> Path:
@@ -74,7 +68,7 @@ def load_asset(folder: Path) -> Asset:
     folder = Path(folder)
     path = folder / JSON_NAME
     document = _read_document(path)
-    if not (isinstance(document, dict) and document.get("what") == "reflect asset" and _is_int(document.get("format"))):
+    if not (isinstance(document, dict) and document.get("what") == "reflect asset" and is_int(document.get("format"))):
         raise ReflectError(f"{path} is not a Reflect asset.", "Point at a folder that Reflect baked, or bake again.")
     if document["format"] > FORMAT:
         raise ReflectError(
@@ -82,15 +76,15 @@ def load_asset(folder: Path) -> Asset:
             "Update the add-on or bake again.",
         )
     if document["format"] < 1:
-        raise _corrupt(path, "it states no valid format")
-    fields = _checked_fields(path, document)
+        raise corrupt(path, "it states no valid format")
+    fields = checked_fields(path, document)
     table = document.get("arrays")
-    if not isinstance(table, dict) or not all(isinstance(k, str) and _IMAGE_NAME.fullmatch(k) for k in table):
-        raise _corrupt(path, "its table of arrays is malformed")
-    entries = {name: _checked_entry(path, name, entry) for name, entry in table.items()}
+    if not isinstance(table, dict) or not all(isinstance(k, str) and IMAGE_NAME.fullmatch(k) for k in table):
+        raise corrupt(path, "its table of arrays is malformed")
+    entries = {name: checked_entry(path, name, entry) for name, entry in table.items()}
     total = sum(_body_bytes(kind, shape) for kind, _, shape, _ in entries.values())
     if total > MAX_BYTES:
-        raise _corrupt(path, f"it declares {total / 2**30:.1f} GiB of images, more than {MAX_BYTES >> 30}")
+        raise corrupt(path, f"it declares {total / 2**30:.1f} GiB of images, more than {MAX_BYTES >> 30}")
     images = {name: _read_image(folder, *entry) for name, entry in entries.items()}
     return Asset(images=images, **fields)
 
@@ -107,7 +101,7 @@ def _document(asset: Asset) -> tuple[dict[str, list], bytes]:
     """({file name: [header, array]}, the text of asset.json). ValueError for what could not be read back."""
     files, table = {}, {}
     for name, array in asset.images.items():
-        kind = kind_of(name) if _IMAGE_NAME.fullmatch(name) else None
+        kind = kind_of(name) if IMAGE_NAME.fullmatch(name) else None
         if kind is None or array.dtype != np.dtype(kind.dtype):
             raise ValueError(f"image {name!r} of asset {asset.kind} is {array.dtype}; see core/asset_images.py")
         if array.ndim != 3 or array.shape[2] != kind.items or not all(
@@ -144,7 +138,7 @@ def _document(asset: Asset) -> tuple[dict[str, list], bytes]:
     }
     try:
         text = json.dumps(document, indent=1, allow_nan=False, default=_plain)
-        _checked_fields(Path(JSON_NAME), json.loads(text))
+        checked_fields(Path(JSON_NAME), json.loads(text))
     except (ValueError, TypeError, ReflectError) as error:
         raise ValueError(f"asset {asset.kind} of {asset.reflector!r} cannot be written: {error}") from error
     return files, text.encode()
@@ -177,7 +171,7 @@ def _put_in_place(temporary: Path, folder: Path, files) -> None:
     os.replace(temporary / JSON_NAME, folder / JSON_NAME)  # from here on the folder is the new asset
     _sync_folder(folder)
     for path in folder.iterdir():
-        if path.name not in files and _FILE_NAME.fullmatch(path.name):
+        if path.name not in files and FILE_NAME.fullmatch(path.name):
             path.unlink(missing_ok=True)
 
 
@@ -199,75 +193,11 @@ def _read_document(path: Path):
     try:
         return json.loads(bytes(data), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
-        raise _corrupt(path, "it is not valid JSON") from error
+        raise corrupt(path, "it is not valid JSON") from error
 
 
 def _refuse_constant(word: str):
     raise ValueError(f"{word} is no JSON number")
-
-
-def _checked_fields(path: Path, document: dict) -> dict:
-    """Asset's fields except images, each checked; ReflectError names the first that is wrong."""
-    strings = {key: document.get(key) for key in ("kind", "reflector", "inputs_hash", "source")}
-    for key, value in strings.items():
-        if not isinstance(value, str):
-            raise _corrupt(path, f"its {key} is no text")
-    if not _WORD.fullmatch(strings["kind"]):
-        raise _corrupt(path, "its kind is no method's name")
-    uniforms, options, settings = (document.get(key) for key in ("uniforms", "options", "settings"))
-    for key, value in (("uniforms", uniforms), ("options", options), ("settings", settings)):
-        if not isinstance(value, dict):
-            raise _corrupt(path, f"its {key} are no table")
-    for key, value in uniforms.items():
-        items = value if isinstance(value, list) else [value]
-        if not _WORD.fullmatch(key) or not all(_is_number(v) for v in items) or (
-            isinstance(value, list) and not 2 <= len(value) <= 4
-        ):
-            raise _corrupt(path, f"its uniform {key!r} is not 1 to 4 finite numbers")
-    for key, value in options.items():
-        if not _WORD.fullmatch(key) or not (isinstance(value, str | bool) or _is_number(value)):
-            raise _corrupt(path, f"its option {key!r} is neither number, switch nor text")
-    requires = document.get("requires")
-    if not isinstance(requires, list) or not all(isinstance(r, str) and _WORD.fullmatch(r) for r in requires):
-        raise _corrupt(path, "what it requires is no list of methods")
-    seconds = document.get("bake_seconds")
-    if not _is_number(seconds) or seconds < 0:
-        raise _corrupt(path, "its bake time is no duration")
-    light_hash = document.get("light_hash", "")
-    if not isinstance(light_hash, str):
-        raise _corrupt(path, "its light_hash is no text")
-    parts = document.get("parts", [])  # assets of format 1 from before there were any have none
-    if not isinstance(parts, list) or not all(_is_part(p) for p in parts):
-        raise _corrupt(path, "its parts do not say what rows stand for")
-    return {
-        **strings,
-        "light_hash": light_hash,
-        "parts": tuple(Part(**{**p, "world_from_object": tuple(map(float, p["world_from_object"]))}) for p in parts),
-        "uniforms": {k: tuple(map(float, v)) if isinstance(v, list) else float(v) for k, v in uniforms.items()},
-        "options": options,
-        "settings": {key: _tuples(value) for key, value in settings.items()},
-        "requires": tuple(requires),
-        "bake_seconds": float(seconds),
-    }
-
-
-def _checked_entry(path: Path, name: str, entry) -> tuple[ImageKind, str, tuple[int, ...], str]:
-    """(kind, file name, shape, sha256) of one line of the image table."""
-    kind = kind_of(name)
-    entry = entry if isinstance(entry, dict) else {}
-    file, shape, sha256 = entry.get("file"), entry.get("shape"), entry.get("sha256")
-    if not isinstance(file, str) or not re.fullmatch(r"[A-Za-z0-9_-]+\." + kind.ending, file):
-        raise _corrupt(path, f"image {name} names no file inside the folder")
-    dtype, most = np.dtype(kind.dtype), MAX_SIDE // kind.side
-    if entry.get("dtype") != dtype.name:
-        raise _corrupt(path, f"image {name} has type {entry.get('dtype')!r} instead of {dtype.name}")
-    if not isinstance(shape, list) or len(shape) != 3 or not all(_is_int(n) and 1 <= n <= most for n in shape):
-        raise _corrupt(path, f"image {name} has the shape {str(shape)[:60]}; sides are 1 to {most}")
-    if shape[2] != kind.items:
-        raise _corrupt(path, f"image {name} has {shape[2]} channels instead of {kind.items}")
-    if not isinstance(sha256, str) or not re.fullmatch(r"[0-9a-f]{64}", sha256):
-        raise _corrupt(path, f"image {name} has no checksum")
-    return kind, file, tuple(shape), sha256
 
 
 def _body_bytes(kind: ImageKind, shape: tuple[int, ...]) -> int:
@@ -280,10 +210,10 @@ def _read_image(folder: Path, kind: ImageKind, file: str, shape: tuple[int, ...]
     at_most, at_least = body + image_files.MOST_HEADER_BYTES, body + image_files.LEAST_HEADER_BYTES
     data = _read_bytes(path, at_most, at_least)
     if hashlib.sha256(data).hexdigest() != sha256:
-        raise _corrupt(path, "its contents do not match their checksum")
+        raise corrupt(path, "its contents do not match their checksum")
     image = image_files.image_of(kind, data, shape)
     if image is None:
-        raise _corrupt(path, f"it does not hold the {'x'.join(map(str, shape))} values that {JSON_NAME} declares")
+        raise corrupt(path, f"it does not hold the {'x'.join(map(str, shape))} values that {JSON_NAME} declares")
     return image
 
 
@@ -309,38 +239,3 @@ def _read_bytes(path: Path, at_most: int, at_least: int = 0) -> bytearray:
     except (OSError, RuntimeError) as error:  # RuntimeError: a loop of links
         raise ReflectError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}.", BAKE_AGAIN) from error
     return data
-
-
-def _is_part(value) -> bool:
-    """Whether a JSON value is a Part."""
-    if not isinstance(value, dict) or value.keys() != Part.__annotations__.keys():
-        return False
-    place = value["world_from_object"]
-    return (
-        isinstance(value["instance"], str)
-        and isinstance(value["mesh"], str)
-        and isinstance(value["kind"], str)
-        and bool(_WORD.fullmatch(value["kind"]))
-        and _is_int(value["row"])
-        and -1 <= value["row"] < MAX_SIDE
-        and isinstance(place, list)
-        and len(place) == 16
-        and all(_is_number(n) for n in place)
-    )
-
-
-def _is_int(value) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_number(value) -> bool:
-    """A finite number that a float32 can hold."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and -3.4e38 <= value <= 3.4e38
-
-
-def _tuples(value):
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
-
-
-def _corrupt(path: Path, why: str) -> ReflectError:
-    return ReflectError(f"{path} is damaged: {why}.", BAKE_AGAIN)

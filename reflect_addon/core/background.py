@@ -8,8 +8,6 @@ Limits. One asset answers for a whole picture, the first that can. What a bake l
 it, and of the reflectors only what they mirror is drawn over it: metals are whole, others lack their own colour.
 """
 
-import numpy as np
-
 from . import methods
 from .asset import Asset, asset_of
 from .camera import Camera

@@ -62,8 +62,3 @@ def table_inputs() -> np.ndarray:
 def encode_srgb(linear: np.ndarray) -> np.ndarray:
     """IEC 61966-2-1, [0, 1] to [0, 1]."""
     return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
-
-
-def decode_srgb(encoded: np.ndarray) -> np.ndarray:
-    """The inverse of encode_srgb."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((np.maximum(encoded, 0.04045) + 0.055) / 1.055) ** 2.4)

@@ -10,11 +10,9 @@ CLOSED = 0.25
 WIDEST = 256
 
 
-def map_picture(asset: Asset) -> np.ndarray | None:
-    """(H, W, 4) float32 in 0..1, row 0 at the bottom, WIDEST a side at most; None for assets without reflector maps."""
-    normal, position = (asset.images.get(f"reflector_{name}_buf") for name in ("normal", "position"))
-    if normal is None or position is None:
-        return None
+def map_picture(asset: Asset) -> np.ndarray:
+    """(H, W, 4) float32 in 0..1, row 0 at the bottom, WIDEST a side at most, of an asset with reflector maps."""
+    normal, position = (asset.images[f"reflector_{name}_buf"] for name in ("normal", "position"))
     step = max(-(-max(normal.shape[:2]) // WIDEST), 1)
     normal, position = normal[::step, ::step], position[::step, ::step]
     picture = np.ones((*normal.shape[:2], 4), np.float32)

@@ -16,7 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .asset_document import MAX_SIDE
 from .cubemap import face_of, texel_directions
+from .errors import ReflectError
 from .pull_push import continued
 
 IMAGES = ("reflector_position_buf", "reflector_normal_buf")
@@ -60,8 +62,9 @@ def build(center: np.ndarray, size: float, side: int, surface: Surface) -> Refle
 
 
 def atlas(maps: list[ReflectorMap]) -> tuple[dict[str, np.ndarray], list[tuple[float, float, float]]]:
-    """(images by name (H, W, 4) float32, block (x, y, side) of each map), one above the other, in columns of at most TALLEST."""
-    images = {name: [] for name in IMAGES}
+    """(images by name (H, W, 4) float32, block (x, y, side) of each map), one above the other, in columns of at most TALLEST.
+
+    ReflectError when that is more than an asset's images may hold."""
     blocks, columns, x, y = [], [[]], 0, 0
     for one in maps:
         height, width = one.position.shape[:2]
@@ -72,6 +75,8 @@ def atlas(maps: list[ReflectorMap]) -> tuple[dict[str, np.ndarray], list[tuple[f
         blocks.append((float(x), float(y), float(one.side)))
         y += height
     size = max(sum(len(m.position) for m in column) for column in columns), sum(max(m.position.shape[1] for m in c) for c in columns)
+    if max(size) > MAX_SIDE:
+        raise ReflectError(f"{len(maps)} reflector maps of up to {maps[0].side} texels do not fit one image.", "Lower Map Texels or Parts.")
     images = {name: np.zeros((*size, 4), np.float32) for name in IMAGES}
     for one, (x, y, _) in zip(maps, blocks, strict=True):
         height, width = one.position.shape[:2]

@@ -7,8 +7,7 @@ Idea. Regions between creases and changes of curvature's sign (reflector_regions
 centre sees once each (reflector_stars.py). This is done with finer and coarser regions, with and without kinds and creases,
 and the cheapest stars are the parts, by what a search in them and what is left out cost.
 So a torus becomes its outer half and sectors of its inner half, a bowl its inside, rim and outside.
-Limits. A part of mixed kind is called a saddle: search it from several seeds. Beyond its fringe a part's map is to be
-continued. Thin things seen end on are cut often. What `most` parts do not hold is left out: left_out() says how much.
+Limits. A part of mixed kind is called a saddle. Beyond its fringe a part's map is to be continued. Thin things seen end on are cut often. What `most` parts do not hold is left out: left_out() says how much.
 """
 
 from collections.abc import Callable
@@ -19,7 +18,6 @@ import numpy as np
 from .part_surface import surface_of_part
 from .reflector_curvature import CONCAVE, CONVEX, FLAT, SADDLE, kinds_of
 from .reflector_regions import regions_of
-from .reflector_seeds import lies_behind, seeds_among
 from .reflector_stars import Star, filled, fringe_of, half_diagonal, stars_of
 from .reflector_topology import Surface, surface_of
 
@@ -36,10 +34,10 @@ PURE = 0.93
 BEHIND = 0.8
 # What is flat turns by no more than this, radians.
 FLATTEST = 0.3
-# Starts of the search in a part that may hold several reflection points.
-SEEDS = {"flat": 1, "convex": 1, "concave": 5, "saddle": 7}
-# Below this share of its kind a convex part has as many as a concave one: a lip reflects too.
-WHOLLY = 0.99
+# How far above a plane others may lie, as a share of the part's half diagonal: facets and noise.
+ABOVE = 0.02
+# So many planes are tried against so many points.
+SAMPLES = 400
 
 
 @dataclass(frozen=True)
@@ -54,9 +52,6 @@ class Part:
     kind: str  # 'flat' | 'convex' | 'concave' | 'saddle' (both, or of several kinds), seen from the mirroring side
     reverse: bool  # the mirroring side faces the centre
     two_sided: bool  # the surface is open there: its other side mirrors too, normals negated, convex and concave swapped
-    # (S, 3) unit directions from the centre to start searches in; each meets the part. The first is the nearest to its middle
-    # and finds most on a flat or convex side (there are more for another side, and for a lip or a dent).
-    seeds: np.ndarray
 
 
 def parts_of(
@@ -92,7 +87,7 @@ def part_surface(
     part: Part, positions: np.ndarray, triangles: np.ndarray, corner_normals: np.ndarray
 ) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """surface(directions (N, 3)) -> ((N,) distance from part.center, m, (N, 3) unit shading normal on the mirroring side,
-    (N,) bool inside); the mesh that the part is of, or a finer one with the part's triangles there (finer_mesh.py)."""
+    (N,) bool inside), of the mesh that the part is of."""
     corners = np.asarray(positions, np.float64)[np.asarray(triangles)[part.triangles]]
     return surface_of_part(part.center, part.reverse, corners, np.asarray(corner_normals)[part.triangles])
 
@@ -120,24 +115,30 @@ def _word(surface: Surface, kind: np.ndarray, triangles: np.ndarray) -> tuple[st
     parted = surface.wall[triangles].any() or mine[surface.pairs[surface.crease]].all(1).any()
     one_sign = {"convex": share[FLAT] + share[CONVEX], "concave": share[FLAT] + share[CONCAVE]}
     word = max(one_sign, key=one_sign.get)
-    if one_sign[word] < PURE or (word == "convex" and lies_behind(surface.corners[triangles].mean(1), normal, area) < BEHIND):
+    if one_sign[word] < PURE or (word == "convex" and _lies_behind(surface.corners[triangles].mean(1), normal, area) < BEHIND):
         word = "saddle"
     return word, 0.0 if parted else max(*one_sign.values(), share[SADDLE])
 
 
+def _lies_behind(middle: np.ndarray, normal: np.ndarray, area: np.ndarray) -> float:
+    """Share of area whose plane has all of the part behind it. middle, normal (T, 3), area (T,)."""
+    some = np.argsort(-area, kind="stable")[:: -(-len(area) // SAMPLES)]
+    p, n = middle[some], normal[some]
+    above = (n @ p.T).max(1) - np.einsum("ij,ij->i", n, p)
+    size = np.linalg.norm(np.ptp(middle, axis=0)) / 2
+    return float(area[some][above <= ABOVE * size].sum() / area[some].sum())
+
+
 def _part(surface: Surface, kind: np.ndarray, star: Star) -> Part:
-    word, pure = _word(surface, kind, star.triangles)
+    word, _ = _word(surface, kind, star.triangles)
     two_sided = bool(surface.two_sided[star.triangles].any())
-    corners, area = surface.corners[star.triangles], surface.area[star.triangles]
-    count = SEEDS["concave" if word == "convex" and (two_sided or pure < WHOLLY) else word]
     both = np.sort(np.concatenate([star.triangles, fringe_of(surface, star)]))
     return Part(
         surface.index[both],
         np.isin(both, star.triangles),
         surface.middle + surface.size * star.center,
-        surface.size * half_diagonal(corners),
+        surface.size * half_diagonal(surface.corners[star.triangles]),
         word,
         star.reverse,
         two_sided,
-        seeds_among(corners.mean(1) - star.center, surface.normal[star.triangles], area, count),
     )

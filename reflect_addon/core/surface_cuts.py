@@ -17,15 +17,12 @@ from dataclasses import replace
 import numpy as np
 
 from .edge_split import PAIRS
-from .surface_refine import INWARDS, Ask, Lengths, Soup, normals
+from .surface_soup import DARK, Ask, Lengths, Soup, inwards, normals
 
 # The answer in the middle of a step is nearer than this share of the jump to one of the ends.
 LIKE_AN_END = 0.25
 # The jump between the two cuts is at least this share of the one between the ends, or it was no step.
 STILL_THERE = 0.5
-# Differences are judged relative to the brighter end, but not to less than this share of the owner's mean.
-DARK = 0.1
-
 
 
 def cut(
@@ -65,8 +62,7 @@ def cut(
     cut_soup = _cut(soup, keys, shares)
     fresh = np.unique(cut_soup.sample.ravel(), return_index=True)[1][len(values) :]
     at, corner = fresh // 3, fresh % 3
-    middle = cut_soup.points[cut_soup.place[at]].mean(1)
-    points = cut_soup.points[cut_soup.place[at, corner]] * (1 - INWARDS) + middle * INWARDS
+    points = inwards(cut_soup, at, cut_soup.points[cut_soup.place[at, corner]])
     return cut_soup, np.concatenate([values, ask(points, normals(cut_soup)[at], cut_soup.owner[at], cut_soup.face[at])])
 
 
@@ -88,13 +84,12 @@ def _steps(soup: Soup, ask: Ask, triangle, places, ends, halvings) -> tuple[np.n
     towards = normals(soup)
     for turn in range(halvings):
         of = np.flatnonzero(alive)
+        if not len(of):
+            break
         share = (low[of] + high[of]) / 2
         along = soup.points[places[of]]
         points = along[:, 0] * (1 - share)[:, None] + along[:, 1] * share[:, None]
-        centre = soup.points[soup.place[triangle[of]]].mean(1)
-        points = points * (1 - INWARDS) + centre * INWARDS
-        if not len(of):
-            break
+        points = inwards(soup, triangle[of], points)
         answer = ask(points, towards[triangle[of]], soup.owner[triangle[of]], soup.face[triangle[of]])
         off = np.abs(answer[:, None] - ends[of]).max(-1)  # (n, 2)
         to_low = off[:, 0] < off[:, 1]

@@ -24,7 +24,8 @@ from .snapshot import Instance, SceneSnapshot
 from .surface_asset import SurfaceMesh, asset_of, on_faces
 from .surface_cuts import cut
 from .surface_reach import lengths_of
-from .surface_refine import Ask, Lengths, Soup, refine
+from .surface_refine import refine
+from .surface_soup import Ask, Lengths, Soup
 
 # surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
 # paths for each traced point; surface_angle: radians of the shortest edges as reflectors see them (surface_reach.py), 0:

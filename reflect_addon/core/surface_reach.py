@@ -16,7 +16,7 @@ import numpy as np
 
 from .mirrors import mirror_of
 from .snapshot import Instance, SceneSnapshot
-from .surface_refine import Lengths, Soup, normals
+from .surface_soup import Lengths, Soup, normals
 
 # An edge is split whatever it shows when it covers more than this many times the finest angle.
 WIDEST = 32

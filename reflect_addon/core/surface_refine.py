@@ -7,52 +7,21 @@ from what interpolation says. Edges are split, not triangles: a marked edge is s
 2, 3 or 4 parts, so there are no T-junctions; and whenever an edge of a triangle is marked, so is its longest, which
 keeps angles from degenerating [Plaza and Carey 2000, refinement of the skeleton]. All instances are refined together, one
 bundle of questions a level, because asking has a price of its own.
-Two numbers a corner: its *place* (which edges and cracks depend on) and its *sample* (the value): where a mesh has a
-sharp edge, and on the two sides of a sheet, one place has several samples.
 Limits. What is narrower than the distance of the questions may be missed. A difference within the answers' own noise is
 never a reason to split, so noisy answers give a coarser mesh.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .edge_split import PAIRS, closed, cut, edges_of
+from .surface_soup import DARK, Ask, Lengths, Soup, inwards, longest, normals, sizes
 
 # Questions inside a triangle stand this many to a side at most ...
 MOST_INSIDE = 16
 # ... and as densely as this share of the owner's size, so that a spot in the middle of a large floor is found.
 APART = 1 / 12
-# Differences are judged relative to the radiance there, but not to less than this share of the owner's mean.
-DARK = 0.1
-
-
-@dataclass(frozen=True)
-class Soup:
-    """Triangles of any number of instances. T triangles, P places, S samples.
-
-    `weights` say where a corner lies in the triangle `face` of the instance's own mesh, so that whatever is done to that
-    mesh later can be done to the corner.
-    """
-
-    points: np.ndarray  # (P, 3) float64, world, m
-    place: np.ndarray  # (T, 3) int into points
-    sample: np.ndarray  # (T, 3) int: corners with the same value
-    face: np.ndarray  # (T,) int
-    weights: np.ndarray  # (T, 3, 3) float64: barycentric coordinates of each corner in that face
-    side: np.ndarray  # (T,) float, 1 or -1: the side of the triangle that is seen
-    owner: np.ndarray  # (T,) int: instance
-
-
-# (points (N, 3), normals (N, 3), owner (N,), face (N,)) -> (N, 3) values. Normals are of the triangle, towards its side;
-# face: the triangle of the owner's own mesh.
-Ask = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-
-
-# soup -> ((T,) m: edges of a triangle that are no longer are not split; (T,) m: of those that are no longer and whose ends agree
-# no question is asked; (T,) m: longer ones are split, whatever they show).
-Lengths = Callable[[Soup], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 def refine(
@@ -68,7 +37,7 @@ def refine(
     fresh_triangles = np.ones(len(soup.place), bool)
     for level in range(levels + 1):
         shortest, sure, _ = lengths(soup)
-        may = fresh_triangles & (_longest(soup) > shortest) & (level < levels) & (len(values) < most)
+        may = fresh_triangles & (longest(soup) > shortest) & (level < levels) & (len(values) < most)
         corners, edges, inside = _first_of(soup.sample.ravel(), len(values)), _edges(soup, may), _inside(soup, may)
         if len(corners) and np.any(sure > shortest):  # what the corners say decides what is asked about
             values = np.concatenate([values, _answers(soup, ask, _corner_points(soup, corners), corners // 3)])
@@ -102,24 +71,16 @@ def _no_wider(soup: Soup, lengths: Lengths, levels: int, most: int) -> Soup:
     """The soup with edges that are too long in any case split, unseen. Each has two more halvings than refinement has:
     neither is the other's price."""
     for _ in range(levels + 2):
-        shortest, _, longest = lengths(soup)
-        wide = _longest(soup) > longest
+        shortest, _, widest = lengths(soup)
+        wide = longest(soup) > widest
         if not wide.any() or len(soup.points) > most:
             break
         corners = soup.points[soup.place]
         edges = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=-1)
-        triangle, k = np.nonzero(wide[:, None] & (edges > longest[:, None]))
+        triangle, k = np.nonzero(wide[:, None] & (edges > widest[:, None]))
         places = np.sort(np.stack([soup.place[triangle, k], soup.place[triangle, (k + 1) % 3]], -1), 1)
         soup, _ = _split(soup, places, np.zeros(len(soup.place), bool), shortest)
     return soup
-
-
-def normals(soup: Soup) -> np.ndarray:
-    """(T, 3) unit normals towards the seen side."""
-    corners = soup.points[soup.place]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(cross, axis=-1, keepdims=True)
-    return soup.side[:, None] * cross / np.where(length > 0, length, 1)
 
 
 @dataclass(frozen=True)
@@ -148,7 +109,7 @@ def _widest(soup: Soup, edges: _Edges, marked: np.ndarray, wrong: np.ndarray, sh
     at, of = np.flatnonzero(marked), np.flatnonzero(wrong)
     length = np.linalg.norm(np.diff(soup.points[edges.places[at]], axis=1)[:, 0], axis=-1)
     least = np.maximum(shortest, 1e-300)
-    wide = np.concatenate([length / least[edges.triangle[at]], (_longest(soup) / least)[of]])
+    wide = np.concatenate([length / least[edges.triangle[at]], (longest(soup) / least)[of]])
     price = np.repeat([1.0, 1.5], [len(at), len(of)])  # an edge has two triangles
     order = np.argsort(-wide, kind="stable")
     left_out = order[np.cumsum(price[order]) > room]
@@ -165,11 +126,6 @@ class _Inside:
     weights: np.ndarray  # (N, 3)
 
 
-# Questions at edges and corners are moved this share of the way to the triangle's middle: what lies beyond a concave
-# edge must not answer.
-INWARDS = 1e-3
-
-
 def _first_of(numbers: np.ndarray, known: int) -> np.ndarray:
     """Index of the first occurrence of each number from `known` on, in the numbers' order."""
     unique, first = np.unique(numbers, return_index=True)
@@ -178,8 +134,7 @@ def _first_of(numbers: np.ndarray, known: int) -> np.ndarray:
 
 def _corner_points(soup: Soup, corners: np.ndarray) -> np.ndarray:
     triangle, k = corners // 3, corners % 3
-    middle = soup.points[soup.place[triangle]].mean(1)
-    return soup.points[soup.place[triangle, k]] * (1 - INWARDS) + middle * INWARDS
+    return inwards(soup, triangle, soup.points[soup.place[triangle, k]])
 
 
 def _edges(soup: Soup, active: np.ndarray) -> _Edges:
@@ -189,16 +144,14 @@ def _edges(soup: Soup, active: np.ndarray) -> _Edges:
     places = np.take_along_axis(soup.place[triangle], pair, 1)
     _, first = np.unique(np.sort(samples, 1), axis=0, return_index=True)
     triangle, samples, places = triangle[first], samples[first], places[first]
-    centre = soup.points[soup.place[triangle]].mean(1)
-    middle = soup.points[places].mean(1) * (1 - INWARDS) + centre * INWARDS
-    return _Edges(triangle, samples, np.sort(places, 1), middle)
+    return _Edges(triangle, samples, np.sort(places, 1), inwards(soup, triangle, soup.points[places].mean(1)))
 
 
 def _inside(soup: Soup, active: np.ndarray) -> _Inside:
     """A triangular grid of questions inside each active triangle, as many as its size asks for: none in small ones, whose
     edges are asked anyway."""
     chosen = np.flatnonzero(active)
-    count = _longest(soup)[chosen] / np.maximum(APART * _sizes(soup)[soup.owner[chosen]], 1e-300)
+    count = longest(soup)[chosen] / np.maximum(APART * sizes(soup)[soup.owner[chosen]], 1e-300)
     chosen, count = chosen[count > 1], np.minimum(np.ceil(count[count > 1]), MOST_INSIDE).astype(int)
     points, triangles, weights = [np.zeros((0, 3))], [np.zeros(0, int)], [np.zeros((0, 3))]
     for n in np.unique(count):
@@ -211,22 +164,6 @@ def _inside(soup: Soup, active: np.ndarray) -> _Inside:
         triangles.append(np.repeat(mine, len(w)))
         weights.append(np.tile(w, (len(mine), 1)))
     return _Inside(np.concatenate(points), np.concatenate(triangles), np.concatenate(weights))
-
-
-def _longest(soup: Soup) -> np.ndarray:
-    """(T,) length of each triangle's longest edge, m."""
-    corners = soup.points[soup.place]
-    return np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=-1).max(1, initial=0)
-
-
-def _sizes(soup: Soup) -> np.ndarray:
-    """(owners,) the longest side of each instance's bounding box, m."""
-    owners = int(soup.owner.max(initial=-1)) + 1
-    low, high = np.full((owners, 3), np.inf), np.full((owners, 3), -np.inf)
-    corners = soup.points[soup.place]
-    np.minimum.at(low, soup.owner, corners.min(1))
-    np.maximum.at(high, soup.owner, corners.max(1))
-    return np.where(np.isfinite(low), high - low, 0).max(1, initial=0)
 
 
 def _brightness(soup: Soup, values: np.ndarray) -> np.ndarray:

@@ -344,9 +344,11 @@ class Renderer:
 
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
         """Searches of a frame by how they ended (core/virtual_status.py); what reflectors cannot show is not searched."""
-        self._projector.tally = {}
-        self.answer(camera, positions=False)
-        found, self._projector.tally = self._projector.tally, None
+        self._projector.tally = found = {}
+        try:
+            self.answer(camera, positions=False)
+        finally:
+            self._projector.tally = None
         return found
 
     def shader_source(self, asset: Asset, positions: bool = False) -> str:

@@ -5,9 +5,11 @@ import sys
 from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
 
 import reflect_addon
+from reflect_addon.ui import map_preview
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -201,3 +203,19 @@ def test_a_method_that_says_nothing_about_its_settings_has_fields(registered):
     finally:
         del bpy.types.Scene.reflect_toy
         bpy.utils.unregister_class(group)
+
+
+def test_an_icon_is_of_the_maps_that_an_asset_has_now(registered):
+    """Baked again, a reflector has other maps, be they in the place in memory that the old ones left."""
+    from reflect_addon.core.asset import Asset
+
+    def asset(value):
+        images = {f"reflector_{name}_buf": np.full((4, 24, 4), value, np.float32) for name in ("normal", "position")}
+        return Asset("virtual_objects", "Ball", images)
+
+    map_preview.icon_of(Asset("environment", "Ball", {}))
+    assert not map_preview._icons
+    for value in (0.0, 1.0, 0.5):
+        map_preview.icon_of(asset(value))  # a number only where there is a window
+        picture = np.array(map_preview._icons["virtual_objects Ball"].image_pixels_float)
+        assert picture[0] == pytest.approx((value / 2 + 0.5) * (0.25 + 0.75 * value), abs=0.01)

@@ -10,7 +10,7 @@ from analytic import SKY, Room, directions, random_room, smooth, unit
 from mesh_scenes import intersect, job, snapshot, tracer
 from trimesh.creation import box, icosphere
 
-from reflect_addon.core import cubemap, spaces
+from reflect_addon.core import spaces
 from reflect_addon.core.depth_layers import layers_behind
 from reflect_addon.core.job import BakeJob
 from reflect_addon.core.kernel import Counts, record, run_numpy

@@ -1,4 +1,4 @@
-"""The surface of a part along rays from its centre, against Embree; finer meshes against the shapes that they stand for."""
+"""The surface of a part along rays from its centre, against Embree."""
 
 import time
 
@@ -8,9 +8,8 @@ import reflector_shapes as shapes
 import trimesh
 from analytic import directions, unit
 from mesh_scenes import first_hits
-from tolerances import FINER_NORMAL, FINER_PLACE, PART_RAY, PART_RAYS_ON_EDGES, PART_SECONDS
+from tolerances import PART_RAY, PART_RAYS_ON_EDGES, PART_SECONDS
 
-from reflect_addon.core.finer_mesh import finer, finer_part
 from reflect_addon.core.part_surface import surface_of_part
 from reflect_addon.core.reflector_parts import part_surface, parts_of
 
@@ -72,49 +71,3 @@ def test_a_maps_worth_of_directions_takes_little_time(rng):
     start = time.process_time()
     _, _, inside = part_surface(part, *mesh)(d)
     assert inside.all() and time.process_time() - start < PART_SECONDS
-
-
-def test_pn_triangles_are_nearer_to_the_sphere(rng):
-    ball = trimesh.creation.icosphere(2)
-    mesh = np.asarray(ball.vertices), np.asarray(ball.faces), np.asarray(ball.vertices)[ball.faces]
-    _, _, flat = shapes.points_on(rng, mesh, 20000)
-    _, _, curved = shapes.points_on(rng, finer(*mesh, 4), 20000)
-    off_flat, off_curved = (np.abs(np.linalg.norm(p, axis=-1) - 1).max() for p in (flat, curved))
-    assert off_curved < FINER_PLACE * off_flat
-
-
-def test_pn_normals_are_nearer_to_the_tori(rng):
-    """At points of the mesh, to the normal of the torus through them."""
-    mesh = shapes.torus(1.0, 0.4, 24, 12)
-    off = []
-    for times in (1, 6):
-        more = finer(*mesh, times)
-        which, weight, point = shapes.points_on(rng, more, 20000)
-        normal = unit(np.einsum("nk,nkx->nx", weight, more[2][which]))
-        ring = point * [1, 1, 0]
-        off.append(np.quantile(np.linalg.norm(normal - unit(point - unit(ring)), axis=-1), 0.95))
-    assert off[1] < FINER_NORMAL * off[0]
-
-
-def test_a_part_of_a_finer_mesh_is_nearer_to_the_ellipsoid(rng):
-    axes = np.array([1.0, 0.6, 0.4])
-    mesh = shapes.ellipsoid(axes, 24, 12)
-    part, d, far = parts_of(*mesh)[0], directions(rng, 20000), []
-    for times in (1, 4):
-        distance, _, inside = part_surface(finer_part(part, times), *finer(*mesh, times))(d)
-        point = part.center + distance[:, None] * d
-        far.append(np.abs(np.linalg.norm(point / axes, axis=-1) - 1)[inside].max())
-        assert inside.mean() > 0.999
-    assert far[1] < 0.5 * far[0]
-
-
-def test_a_finer_mesh_keeps_order_windings_and_planes(rng):
-    mesh = positions, triangles, normals = shapes.bevelled_cube()
-    more = finer(*mesh, 3)
-    assert len(more[1]) == 9 * len(triangles) and np.allclose(np.linalg.norm(more[2], axis=-1), 1)
-    flat = np.ptp(normals, axis=1).max(1) < 1e-9
-    whole, pieces = (np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) for p in (positions[triangles], more[0][more[1]]))
-    assert np.allclose(pieces.reshape(-1, 9, 3)[flat], whole[flat, None] / 9, atol=1e-12)
-    assert (np.einsum("tx,tkx->tk", whole, pieces.reshape(-1, 9, 3)) > 0).all()
-    same = finer(*mesh, 1)
-    assert np.allclose(same[0][same[1]], positions[triangles]) and np.allclose(same[2], normals)

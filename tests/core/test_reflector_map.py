@@ -9,6 +9,7 @@ import tolerances
 from analytic import unit
 
 from reflect_addon.core import reflector_map
+from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.kernel import evaluate, record_function
 from reflect_addon.core.reflector_map import IMAGES, atlas, build, look
 from reflect_addon.evaluation import known_reflectors as known
@@ -107,3 +108,12 @@ def test_degenerate_surfaces_make_finite_maps(distance, inside, size):
     assert made.side == 4 and np.isfinite(made.position).all() and np.isfinite(made.normal).all()
     if size == 0 or distance != 1 or not inside:
         assert (np.linalg.norm(made.position[..., :3], axis=-1) > 0).all() and set(np.unique(made.position[..., 3])) <= {0.0, 1.0}
+
+
+def test_maps_that_no_image_holds_are_refused(monkeypatch):
+    monkeypatch.setattr(reflector_map, "TALLEST", 10)
+    monkeypatch.setattr(reflector_map, "MAX_SIDE", 3 * 60)
+    one = known.map_of(shapes.ROUND["sphere"], 8)
+    assert len(atlas([one] * 3)[1]) == 3
+    with pytest.raises(ReflectError, match="Lower Map Texels"):
+        atlas([one] * 4)

@@ -11,7 +11,8 @@ from reflect_addon.core import surface_radiance
 from reflect_addon.core.surface_asset import meshes_of
 from reflect_addon.core.surface_cuts import cut
 from reflect_addon.core.surface_reach import WIDEST, lengths_of
-from reflect_addon.core.surface_refine import normals, refine
+from reflect_addon.core.surface_refine import refine
+from reflect_addon.core.surface_soup import normals
 
 HALVINGS = 4
 FINEST = 1 / 32  # m, of the edges of a floor of 2 m

@@ -13,7 +13,8 @@ from reflect_addon.core.asset_files import load_asset, save_asset
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.snapshot import Material
 from reflect_addon.core.surface_asset import meshes_of
-from reflect_addon.core.surface_refine import normals, refine
+from reflect_addon.core.surface_refine import refine
+from reflect_addon.core.surface_soup import normals
 
 BALL = trimesh.creation.icosphere(2, 0.3).apply_translation([0, 0, 2])
 SETTINGS = {**surface_radiance.DEFAULTS, "surface_samples": 1}

@@ -1,7 +1,6 @@
 """The background from light-field slabs against Cycles' own picture, beside what an environment map asked the same way shows."""
 
 import bpy
-import numpy as np
 import pytest
 import scenes
 from tolerances import BACKGROUND_RMSE

@@ -13,12 +13,25 @@ from sample_blends import scene_parts as parts
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_blends" / "contact.blend"
 
 
+@pytest.fixture(scope="module")
+def contact(device, tmp_path_factory):
+    """claims.measure of the file: what was traced and baked for one test serves the next."""
+    folder, truths = tmp_path_factory.mktemp("contact"), {}
+
+    def measured(methods, size, samples, settings):
+        bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
+        found = measure(methods, folder, size, samples, settings, truth=truths.get((size, samples)))
+        truths[size, samples] = found.truth
+        return found
+
+    return measured
+
+
 @pytest.mark.parametrize("maps", [1, 4])
-def test_contact(maps, device, tmp_path, record_property):
-    bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
+def test_contact(maps, contact, record_property):
     settings = {"resolution": 64, "samples": 4, "maps": maps, "points": 16}
     methods = ("environment", "depth_maps", *(["layered_distance"] if maps > 1 else []))
-    found = measure(methods, tmp_path, (120, 90), 16, settings)
+    found = contact(methods, (120, 90), 16, settings)
     errors = found.hit_errors("depth_maps")
     record_property("errors", errors)
     record_property("rmse_over_environment", found.rmse("depth_maps") / found.rmse("environment"))
@@ -32,10 +45,9 @@ def test_contact(maps, device, tmp_path, record_property):
 
 
 @pytest.mark.parametrize("settings", [{}, {"order": 2, "refine": False}], ids=["defaults", "fast"])
-def test_contact_has_a_fifth_of_the_error_of_an_environment(settings, device, tmp_path, record_property):
+def test_contact_has_a_fifth_of_the_error_of_an_environment(settings, contact, record_property):
     """The issue's number, from the file's own camera: with the defaults, and with what is as fast as `layered_distance`."""
-    bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
-    found = measure(("environment", "layered_distance", "depth_maps"), tmp_path, (160, 120), 32, {"samples": 8, **settings})
+    found = contact(("environment", "layered_distance", "depth_maps"), (160, 120), 32, {"samples": 8, **settings})
     rmse = {method: found.rmse(method) for method in found.answers}
     record_property("rmse", rmse)
     errors = found.hit_errors("depth_maps")

@@ -32,7 +32,7 @@ from ..light_field_change import changed_boxes, seen_parts, views_that_saw
 from ..light_field_focus import FEW, PROBES, focus
 from ..light_field_kernel import answer
 from ..light_field_reach import Reach, reach_of
-from ..light_field_refocus import distance_of, focused
+from ..light_field_refocus import distance_of, focused  # noqa: F401  the method's own (methods/__init__.py)
 from ..light_field_slab import Slab, bake_slab, filled
 from ..light_field_trace import SlabTracer
 from ..remake import parts_of
