@@ -27,14 +27,14 @@ def with_lamps(
     for lamp in scene.lamps:
         if lamp.object_name in hide or not lamp.visible_glossy:
             continue
-        shining = _shining(scene, lamp)
+        side = shining(scene, lamp)
         some = np.flatnonzero(_pass(scene, lamp, rays))
         origin, direction = rays.origin[some], rays.direction[some]
         nearest = np.where(hit[some], np.linalg.norm(position[some].astype(np.float64) - origin, axis=-1), np.inf)
         distance = intersect(lamp, Rays(origin, direction))
-        met = (distance < nearest) & (direction @ shining <= 0.0)
+        met = (distance < nearest) & (direction @ side <= 0.0)
         at, here = some[met], origin[met].astype(np.float64) + direction[met] * distance[met, None]
-        position[at], normal[at], hit[at] = here, shining, True
+        position[at], normal[at], hit[at] = here, side, True
         of[at] = len(names)
         names.append(lamp.object_name)
     return replace(hits, position=position, normal=normal, hit=hit, object=of, object_names=tuple(names))
@@ -48,7 +48,7 @@ def _pass(scene: SceneSnapshot, lamp: Instance, rays: Rays) -> np.ndarray:
     return np.linalg.norm(beside, axis=-1) <= 0.501 * np.linalg.norm(high - low)
 
 
-def _shining(scene: SceneSnapshot, lamp: Instance) -> np.ndarray:
+def shining(scene: SceneSnapshot, lamp: Instance) -> np.ndarray:
     """(3,) the unit normal of a flat lamp, which is not there for rays from behind; 0 for one that shines all around."""
     corners = scene.world_positions(lamp)[scene.meshes[lamp.mesh].triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

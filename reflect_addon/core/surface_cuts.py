@@ -26,11 +26,11 @@ STILL_THERE = 0.5
 
 
 def cut(
-    soup: Soup, values: np.ndarray, ask: Ask, tolerance: float, halvings: int, lengths: Lengths, most: int = 1 << 18
+    soup: Soup, values: np.ndarray, ask: Ask, tolerance: np.ndarray | float, halvings: int, lengths: Lengths, most: int = 1 << 18
 ) -> tuple[Soup, np.ndarray]:
     """(soup, (S, 3) values) with every edge that holds a step cut on both sides of it.
 
-    tolerance: a smaller relative difference between an edge's ends is no step. halvings: questions an edge; the slivers
+    tolerance: a smaller relative difference between an edge's ends is no step, (owners,) or one for all. halvings: questions an edge; the slivers
     are so many halves of an edge wide. lengths: as refine takes it; where edges are never split
     they are not cut. most: edges that are cut, the highest steps for their length and
     distance."""
@@ -66,13 +66,13 @@ def cut(
     return cut_soup, np.concatenate([values, ask(points, normals(cut_soup)[at], cut_soup.owner[at], cut_soup.face[at])])
 
 
-def _jumps(soup: Soup, values: np.ndarray, tolerance: float) -> np.ndarray:
+def _jumps(soup: Soup, values: np.ndarray, tolerance: np.ndarray | float) -> np.ndarray:
     """(T, 3) bool: edges whose ends differ."""
     ends = values[soup.sample[:, PAIRS]]  # (T, 3, 2, 3)
     bright = np.abs(ends).max((2, 3))
     mean = np.bincount(soup.owner, weights=bright.mean(1)) / np.maximum(np.bincount(soup.owner), 1)
     scale = np.maximum(np.maximum(bright, DARK * mean[soup.owner, None]), 1e-9)
-    return np.abs(ends[:, :, 0] - ends[:, :, 1]).max(-1) > tolerance * scale
+    return np.abs(ends[:, :, 0] - ends[:, :, 1]).max(-1) > (tolerance + np.zeros(len(mean)))[soup.owner, None] * scale
 
 
 def _steps(soup: Soup, ask: Ask, triangle, places, ends, halvings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,7 +5,8 @@ Idea. The outgoing radiance of a diffuse surface is one colour in all directions
 from just above it looking straight down, kept per vertex of a mesh that is subdivided where radiance changes
 (surface_refine.py), and then the GPU draws that mesh from any camera (gpu/capture.py): a billboard, a depth map, a cube
 face, a mirrored view.
-Of a mirror its own light is kept, without what it mirrors (billboard_mirrors.py), since that is added when it is shown.
+Of a mirror its own light is kept, without what it mirrors (billboard_mirrors.py), since that is added when it is shown; of a lamp
+without what lies behind it, which rays see as well.
 Limits. Shininess is seen as from straight above, and mirrors are not subdivided. Radiance stays what it was when the
 object moves: its own shadow does not follow. A mesh that changes its triangles (other topology) cannot be followed.
 """
@@ -15,9 +16,10 @@ from collections.abc import Callable
 import numpy as np
 
 from .asset import Asset
-from .billboard_capture import LIFT, LIFT_ROUNDING
+from .billboard_capture import LAMP_LIFT, LIFT, LIFT_ROUNDING
 from .billboard_mirrors import mirrored, own_light
 from .flat_parts import contains, visible_sides
+from .lamp_hits import shining
 from .mirrors import mirror_of
 from .rays import Hits, Rays
 from .snapshot import Instance, SceneSnapshot
@@ -37,11 +39,13 @@ DEFAULTS = {
 }  # fmt: skip
 # No edge below this share of its object's size is split: four texels of a billboard with 128, and interpolation between.
 FINEST = 1 / 32
-# Points that are traced twice. Nine in ten of their differences are below 2.3 sigma where noise is normal; twice that is
+# Points of each thing that are traced twice. Nine in ten of their differences are below 2.3 sigma where noise is normal; twice that is
 # 3.8 times the standard deviation of a question's difference to what its neighbours say: one false split in ten thousand.
-TWICE = 256
+TWICE = 24
 NOISE_QUANTILE = 0.9
 NOISE_TIMES = 2.0
+# Where a lamp's vertices are asked, over their distance from its centre.
+WITHIN = 0.9
 # Corners of a vertex whose normals differ by less than this have the same radiance.
 SAME_NORMAL = 1 / 200
 
@@ -56,14 +60,22 @@ def bake(
     soup = soup_of(scene, instances)
     lift = LIFT * max(scene.diagonal(), 1e-30)
 
+    is_lamp, center, lamp_lift = _lamps(scene, instances)
     mirrors = {k: mirror for k, i in enumerate(instances) if (mirror := mirror_of(scene, i))}
     samples = int(settings["surface_samples"])
 
     def ask(points: np.ndarray, normals: np.ndarray, owner: np.ndarray, face: np.ndarray) -> np.ndarray:
-        above = np.maximum(lift, LIFT_ROUNDING * np.abs(points).max(-1, keepdims=True))
-        rays = Rays((points + normals * above).astype(np.float32), -normals.astype(np.float32))
+        off = np.maximum(lift, LIFT_ROUNDING * np.abs(points).max(-1, keepdims=True))
+        above = np.maximum(off, lamp_lift[owner])
+        shines = np.flatnonzero(is_lamp[owner])
+        # Of a lamp's rim half is beside it. It hides nothing: what lies behind it is seen from just below it as well.
+        points = np.where(is_lamp[owner, None], center[owner] + (points - center[owner]) * WITHIN, points)
+        origin = np.concatenate([points + normals * above, (points - normals * off)[shines]])
+        direction = -np.concatenate([normals, normals[shines]])
+        rays = Rays(origin.astype(np.float32), direction.astype(np.float32))
         hits = trace(rays, samples=samples)
-        found = hits.radiance.astype(np.float64)
+        found, behind = np.split(hits.radiance.astype(np.float64), [len(points)])
+        found[shines] = np.maximum(found[shines] - behind, 0.0)
         shown = []  # (what of the questions, mirror, cosine of the ray that asks, mirrored rays)
         for k, mirror in mirrors.items():
             mine = np.flatnonzero(owner == k)
@@ -80,13 +92,25 @@ def bake(
 
     angle = float(settings["surface_angle"])
     lengths = lengths_of(scene, instances, angle) if angle > 0 else _own_lengths(scene, instances)
-    noise = noise_of(soup, ask) if len(soup.place) else 0.0
+    noise = noise_of(soup, ask) if len(soup.place) else np.zeros(0)
     tolerance, levels = float(settings["surface_tolerance"]), int(settings["surface_levels"])
     cuts, most = int(settings["surface_cuts"]), int(settings["surface_triangles"]) // 2  # two triangles a sample
     soup, values = refine(soup, ask, tolerance, levels, lengths, noise, most // 3 if cuts else most)
     soup, values = cut(soup, values, ask, tolerance + noise, cuts, lengths, max(most - len(values), 0) // 2)  # two samples a cut
     meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
     return asset_of(scene, meshes, settings)
+
+
+def _lamps(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of each instance (I,) whether it is a lamp; (I, 3) its centre; (I, 1) m: how far above its mesh rays must start, for its mesh
+    lies inside the true ball (billboard_capture.LAMP_LIFT)."""
+    center, lift = np.zeros((len(instances), 3)), np.zeros((len(instances), 1))
+    is_lamp = np.isin([i.name for i in instances], [lamp.name for lamp in scene.lamps])
+    for k in np.flatnonzero(is_lamp):
+        low, high = scene.bounds([instances[k]])
+        center[k] = (low + high) / 2
+        lift[k] = 0.0 if shining(scene, instances[k]).any() else LAMP_LIFT * np.linalg.norm(high - low)
+    return is_lamp, center, lift
 
 
 def _own_lengths(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Lengths:
@@ -128,21 +152,31 @@ def soup_of(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Soup:
     return Soup(np.concatenate(points), place, sample, face, weights, side.astype(float), owner)
 
 
-def noise_of(soup: Soup, ask: Ask) -> float:
-    """The relative difference between an answer and what its neighbours say that noise alone can make."""
-    corner = np.linspace(0, soup.place.size - 1, min(TWICE, soup.place.size)).astype(int)
-    triangle = np.concatenate([corner // 3, corner // 3])
+def noise_of(soup: Soup, ask: Ask) -> np.ndarray:
+    """(owners,) the relative difference between an answer and what its neighbours say that noise alone can make; each thing's own, since
+    one that glows has next to none beside one in a dark corner."""
+    count = int(soup.owner.max(initial=-1)) + 1
+    own = [np.flatnonzero(soup.owner == k) for k in range(count)]
+    triangle = np.concatenate([which[np.linspace(0, len(which) - 1, TWICE).astype(int)] for which in own if len(which)])
     corners = soup.points[soup.place[triangle]]
+    weights = np.random.default_rng(len(triangle)).dirichlet(np.ones(3), len(triangle))
     cross = soup.side[triangle, None] * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = cross / np.maximum(np.linalg.norm(cross, axis=-1, keepdims=True), 1e-300)
-    first, second = np.split(ask(corners.mean(1), normals, soup.owner[triangle], soup.face[triangle]), 2)
+    asked = np.einsum("nk,nkx->nx", weights, corners), normals, soup.owner[triangle], soup.face[triangle]
+    first, second = np.split(ask(*(np.concatenate([values, values]) for values in asked)), 2)
     bright = np.maximum(np.abs(first), np.abs(second)).max(1)
-    scale = np.maximum(bright, max(bright.mean() * 0.1, 1e-9))
-    return NOISE_TIMES * float(np.quantile(np.abs(first - second).max(1) / scale, NOISE_QUANTILE))
+    noise = np.zeros(count)
+    for k in np.unique(soup.owner[triangle]):
+        mine = soup.owner[triangle] == k
+        scale = np.maximum(bright[mine], max(bright[mine].mean() * 0.1, 1e-9))
+        noise[k] = NOISE_TIMES * np.quantile(np.abs(first - second)[mine].max(1) / scale, NOISE_QUANTILE)
+    return noise
 
 
 def _sides(scene: SceneSnapshot, instance: Instance, place: np.ndarray, corners: np.ndarray, centres) -> tuple[float, ...]:
-    """1 and -1: a closed mesh is seen on its outside, by reflectors in it on its inside; all others on both."""
+    """1 and -1: a closed mesh is seen on its outside, by reflectors in it on its inside; lamps where they shine; all others on both."""
+    if instance.name in {lamp.name for lamp in scene.lamps}:
+        return (1.0,)
     directed = np.concatenate([place[:, [0, 1]], place[:, [1, 2]], place[:, [2, 0]]])
     if len(np.unique(directed, axis=0)) < len(directed):
         return (1.0, -1.0)  # neighbours wind in opposite ways: nobody knows which side is out

@@ -25,14 +25,15 @@ APART = 1 / 12
 
 
 def refine(
-    soup: Soup, ask: Ask, tolerance: float, levels: int, lengths: Lengths, noise: float = 0.0, most: int = 1 << 18
+    soup: Soup, ask: Ask, tolerance: float, levels: int, lengths: Lengths, noise: np.ndarray | float = 0.0, most: int = 1 << 18
 ) -> tuple[Soup, np.ndarray]:
     """(refined soup, (S, 3) float64 value of each sample).
 
     tolerance: largest relative difference between the function and its interpolation that is left where the levels allow
-    it. most: samples, about; those edges are split that are the longest for what the shortest there may be.
+    it. noise: of the answers, (owners,) or one for all. most: samples, about; those edges are split that are the longest for what the shortest there may be.
     """
     soup = _no_wider(soup, lengths, levels, most)
+    allowed = np.broadcast_to(tolerance + noise, int(soup.owner.max(initial=-1)) + 1)
     values = np.zeros((0, 3))
     fresh_triangles = np.ones(len(soup.place), bool)
     for level in range(levels + 1):
@@ -42,7 +43,7 @@ def refine(
         if len(corners) and np.any(sure > shortest):  # what the corners say decides what is asked about
             values = np.concatenate([values, _answers(soup, ask, _corner_points(soup, corners), corners // 3)])
             corners = corners[:0]
-            edges = _doubtful(soup, edges, values, sure, (tolerance + noise) / 2)
+            edges = _doubtful(soup, edges, values, sure, allowed / 2)
         points = np.concatenate([_corner_points(soup, corners), edges.middle, inside.points])
         if not len(points):
             break
@@ -53,11 +54,11 @@ def refine(
             break
         brightness = _brightness(soup, values)
         off = np.abs(at_edges - values[edges.samples].mean(1)).max(1)
-        marked = off > (tolerance + noise) * _scale(brightness, soup.owner[edges.triangle], at_edges)
+        marked = off > allowed[soup.owner[edges.triangle]] * _scale(brightness, soup.owner[edges.triangle], at_edges)
         told = np.einsum("nk,nkc->nc", inside.weights, values[soup.sample[inside.triangle]])
         off = np.abs(within - told).max(1)
         wrong = np.zeros(len(soup.place), bool)
-        wrong[inside.triangle[off > (tolerance + noise) * _scale(brightness, soup.owner[inside.triangle], within)]] = True
+        wrong[inside.triangle[off > allowed[soup.owner[inside.triangle]] * _scale(brightness, soup.owner[inside.triangle], within)]] = True
         marked, wrong = _widest(soup, edges, marked, wrong, shortest, most - len(values))
         soup, fresh_triangles = _split(soup, edges.places[marked], wrong, shortest)
     return soup, values
@@ -93,11 +94,11 @@ class _Edges:
     middle: np.ndarray  # (E, 3) world, a little inside the triangle
 
 
-def _doubtful(soup: Soup, edges: _Edges, values: np.ndarray, sure: np.ndarray, tolerance: float) -> _Edges:
+def _doubtful(soup: Soup, edges: _Edges, values: np.ndarray, sure: np.ndarray, tolerance: np.ndarray) -> _Edges:
     """Without the short edges whose ends agree."""
     ends = values[edges.samples]
     off = np.abs(ends[:, 0] - ends[:, 1]).max(-1)
-    differ = off > tolerance * _scale(_brightness(soup, values), soup.owner[edges.triangle], ends.mean(1))
+    differ = off > tolerance[soup.owner[edges.triangle]] * _scale(_brightness(soup, values), soup.owner[edges.triangle], ends.mean(1))
     length = np.linalg.norm(np.diff(soup.points[edges.places], axis=1)[:, 0], axis=-1)
     chosen = differ | (length > sure[edges.triangle])
     return _Edges(edges.triangle[chosen], edges.samples[chosen], edges.places[chosen], edges.middle[chosen])

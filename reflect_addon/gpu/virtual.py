@@ -18,12 +18,14 @@ from ..core.remake import REFLECTOR
 from ..core.snapshot import Instance, SceneSnapshot
 from ..core.surface_asset import meshes_of
 from ..core.virtual_cull import may_show, runs
+from ..core.virtual_lamps import lamp_rows
 from ..core.virtual_mesh import virtual_mesh
 from .counts import Counts
 from .device import ensure
 from .targets import ReflectionTarget
 from .upload import read_texture, texture_bytes
 from .virtual_draw import Drawing, Mirrors, frame_of
+from .virtual_lamps import Lamps
 from .virtual_scene import VirtualScene, image
 from .virtual_search import Found, Search, place
 
@@ -48,6 +50,7 @@ class Projector:
         self.tally: dict[str, int] | None = None  # status -> searches that ended so, while somebody counts
         self._made_of: tuple = ()
         self._mirrors: Mirrors | None = None
+        self._lamps: Lamps | None = None
         self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
         self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
         self._parts: dict[tuple[str, int], _Part] = {}
@@ -62,7 +65,7 @@ class Projector:
         made_of = (id(surfaces), shapes) if wanted and surfaces is not None else ()
         if made_of != self._made_of:
             self._scene, self._parts, self._made_of, self._surfaces = None, {}, made_of, surfaces
-            self._mirrors, self._drawings = None, {}
+            self._mirrors, self._lamps, self._drawings = None, None, {}
 
     @property
     def draws(self) -> bool:
@@ -78,13 +81,16 @@ class Projector:
     def scene(self) -> VirtualScene | None:
         """The reflected scene, uploaded when it is first asked for; None where no surface radiance was baked."""
         if self._scene is None and self._made_of:
-            now, named = {}, self._snapshot.named()
+            now, named, lamps = {}, self._snapshot.named(), {lamp.name for lamp in self._snapshot.lamps}
             for name, mesh in meshes_of(self._surfaces).items():
-                if name in named and (moved := mesh.on(self._snapshot.meshes[named[name].mesh])) is not None:
+                if name in named and name not in lamps and (moved := mesh.on(self._snapshot.meshes[named[name].mesh])) is not None:
                     now[name] = moved
             self._scene = VirtualScene(virtual_mesh(self._snapshot, now), self.counts)
         if self._places is None and self._scene is not None:
             self._places = self._scene.places(self._snapshot)
+            rows = lamp_rows(self._snapshot, meshes_of(self._surfaces))
+            if self._lamps is None or not np.array_equal(self._lamps.rows, rows):
+                self._lamps = Lamps(rows, self.counts)
             if self._mirrors is None or self._lit != self._snapshot.light_hash:
                 self._mirrors, self._drawings = Mirrors(self._snapshot, self._scene.mesh.names, self.counts), {}
                 self._lit = self._snapshot.light_hash
@@ -99,6 +105,9 @@ class Projector:
         for index in chosen:
             own = "" if asset.options["sees_itself"] else reflectors[index].name
             search, pieces = self._search(asset)
+            if not pieces:
+                continue
+            sizes_per_metre = 1.0 / pieces[0].size
             for number, part in enumerate(pieces):
                 held = self._part(reflectors[index], number)
                 if held.places is not self._places:
@@ -113,8 +122,9 @@ class Projector:
                     search.run(scene, held.found, observer, part, vertices)
                     if self.tally is not None:
                         self._count(vertices)
-                    frame = frame_of(held.space, camera, index, 1.0 / pieces[0].size)
+                    frame = frame_of(held.space, camera, index, sizes_per_metre)
                     self._show(frame, held, rays, target, asset, bounds, triangles)
+            self._lamps.draw(rays, target, index, sizes_per_metre, bounds)
 
     def _show(self, data: np.ndarray, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):
         if held.frame is None:
@@ -128,6 +138,7 @@ class Projector:
         if self.scene is not None and self.scene.batch is not None:
             self._search(asset)
             self._drawing(asset, beside)
+            self._lamps.prepare(beside)
 
     def _count(self, ranges):
         """Adds what the searches just said of the vertices in `ranges` to the tally."""
@@ -139,10 +150,10 @@ class Projector:
     def bytes(self) -> int:
         """Memory on the GPU besides the assets' own."""
         held = sum(texture_bytes(part.found.start) for part in self._parts.values())
-        return held + (self._scene.bytes if self._scene else 0)
+        return held + sum(item.bytes for item in (self._scene, self._lamps) if item)
 
     def free(self):
-        self._scene, self._mirrors, self._made_of, self._searches, self._drawings, self._parts = None, None, (), {}, {}, {}
+        self._scene, self._mirrors, self._lamps, self._made_of, self._searches, self._drawings, self._parts = None, None, None, (), {}, {}, {}
 
     def _search(self, asset: Asset) -> tuple[Search, tuple]:
         if id(asset) not in self._searches:
