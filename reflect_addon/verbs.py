@@ -125,7 +125,6 @@ def report(arguments) -> None:
 
 def bench(arguments) -> None:
     from .evaluation.bench import bench as measure
-
     from .evaluation.bench_table import text
 
     check_folder(arguments.out)

@@ -1,7 +1,10 @@
 """What "What it must show" is measured with: the product's own rays, assets and answers of one scene, and the truth."""
 
+from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
+from hashlib import sha256
 
 import bpy
 import numpy as np
@@ -59,12 +62,26 @@ class Measured:
         return metrics.hit_errors(self.answers[method], self.truth, self.rays, self.diagonal)
 
 
+class Remembered:
+    """`trace` for tests that ask one scene the same questions again: those get the answer that was traced."""
+
+    def __init__(self):
+        self._answers: dict[tuple, Hits] = {}
+
+    def __call__(self, rays: Rays, hide=(), samples: int = 1, *, scene, progress=None, **more) -> Hits:
+        asked = tuple(sha256(np.ascontiguousarray(part)).digest() for part in (rays.origin, rays.direction))
+        key = (*asked, frozenset(hide), samples, *sorted(more.items()))
+        if key not in self._answers:
+            self._answers[key] = trace(rays, hide, samples, scene=scene, progress=progress, **more)
+        return deepcopy(self._answers[key])
+
+
 def measure(
     methods: tuple[str, ...], folder, size=(128, 96), truth_samples: int = 1, settings: dict | None = None,
-    reflectors: tuple[str, ...] = (), truth: Hits | None = None,
+    reflectors: tuple[str, ...] = (), tracer: Callable[..., Hits] = trace,
 ) -> Measured:
     """Bakes, draws and traces the open file's scene as `evaluate` does. settings None: the methods' defaults; reflectors: those
-    that are baked and whose rays are asked, all of them by default. truth: what was traced before for the same rays.
+    that are baked and whose rays are asked, all of them by default.
 
     What lies fresh in the folder from another call is not baked again."""
     scene = bpy.context.scene
@@ -76,13 +93,11 @@ def measure(
         asked = np.isin(ray_map.reflector, [names.index(i.name) for i in chosen])
         ray_map = replace(ray_map, reflector=np.where(asked, ray_map.reflector, -1))
         rays = lifted(ray_map, snapshot.diagonal())
-        if truth is None:
-            truth = trace(rays, samples=truth_samples, seed=1, scene=scene)
-            truth = with_lamps(truth, rays, snapshot, intersector(snapshot))
-        assert len(truth.radiance) == len(rays.origin)
+        truth = tracer(rays, samples=truth_samples, seed=1, scene=scene)
+        truth = with_lamps(truth, rays, snapshot, intersector(snapshot))
         look = read_look(scene)
         answers = {}
-        bake_assets(snapshot, methods, folder, reflectors=reflectors, settings=settings, tracer=partial(trace, scene=scene))
+        bake_assets(snapshot, methods, folder, reflectors=reflectors, settings=settings, tracer=partial(tracer, scene=scene))
         for method in methods:
             assets = load_assets(snapshot, method, folder)
             assert set(assets) == {i.name for i in chosen}, f"{method} was not baked for every reflector"

@@ -7,7 +7,8 @@ Idea. Regions between creases and changes of curvature's sign (reflector_regions
 centre sees once each (reflector_stars.py). This is done with finer and coarser regions, with and without kinds and creases,
 and the cheapest stars are the parts, by what a search in them and what is left out cost.
 So a torus becomes its outer half and sectors of its inner half, a bowl its inside, rim and outside.
-Limits. A part of mixed kind is called a saddle. Beyond its fringe a part's map is to be continued. Thin things seen end on are cut often. What `most` parts do not hold is left out: left_out() says how much.
+Limits. A part of mixed kind is called a saddle. Beyond its fringe a part's map is to be continued. Thin things seen end on are cut
+often. What `most` parts do not hold is left out: left_out() says how much.
 """
 
 from collections.abc import Callable

@@ -23,8 +23,8 @@ import numpy as np
 
 from .asset import Asset
 from .billboard_atlas import pack
-from .billboard_kernel import SOLID
 from .billboard_capture import Texels, part
+from .billboard_kernel import SOLID
 from .glossy import glossy_of
 from .job import BakeJob
 from .rays import Rays

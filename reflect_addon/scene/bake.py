@@ -17,8 +17,8 @@ from ..core.asset_files import BAKE_AGAIN, is_fresh, load_asset, save_asset
 from ..core.asset_places import asset_name
 from ..core.bake_lock import one_bake_at_a_time
 from ..core.errors import ReflectError
-from ..core.kernel import record
 from ..core.job import BakeJob
+from ..core.kernel import record
 from ..core.progress import Progress, Stages, teller
 from ..core.snapshot import Instance, SceneSnapshot
 from ..core.unfinished import PREFIX, Unfinished
@@ -26,7 +26,6 @@ from .freshness import has_settings, inputs_hash, is_stale, settings_for
 from .intersect import intersector
 from .raytrace import trace
 from .ways import camera_way, ways
-
 
 # Kinds of stand-ins (core/remake.py) that are captured again when something moves or deforms. Flat things only move.
 CAPTURED = {"volume", "mirror", "flat_mirror", "map", "mirror_map"}
@@ -47,10 +46,10 @@ def bake_assets(
     """Bakes the wanted methods (and what they require) for the named reflectors, all of them when none is named.
 
     Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`, which takes nothing over
-    from an earlier bake. With a method's setting `live` the
-    surfaces of what may move are baked too, for a method that draws surfaces all that it draws (folder/surface_radiance-all). settings override the methods'
-    defaults where a method has such a setting. progress(done in 0..1, text) may return False to cancel. Returns the
-    folders of all assets asked for. ReflectError: no reflector, an unknown name, a disk that refuses.
+    from an earlier bake. With a method's setting `live` the surfaces of what may move are baked too, for a method that draws
+    surfaces all that it draws (folder/surface_radiance-all). settings override the methods' defaults where a method has
+    such a setting. progress(done in 0..1, text) may return False to cancel. Returns the folders of all assets asked
+    for. ReflectError: no reflector, an unknown name, a disk that refuses.
     """
     chosen = chosen_reflectors(scene, reflectors)
     kinds = methods.with_required(tuple(wanted))

@@ -77,7 +77,7 @@ class Live:
 
     def reload(self, scene: bpy.types.Scene) -> None:
         """Loads the assets of the scene's method again; reads the scene when that was never done."""
-        self.assets, self._joined, self.surfaces, problems = {}, {}, None, []
+        self.assets, self._joined, self._focused, self.surfaces, problems = {}, {}, ((), {}), None, []
         self.method, self.folder = scene.reflect.method, assets_of(scene)
         if is_on(scene):
             beside = getattr(methods.get(self.method), "COMPANIONS", ())

@@ -19,8 +19,8 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ..core.progress import Progress, teller
 from ..core.processes import NO_ROOM, temporary_folder
+from ..core.progress import Progress, teller
 from ..core.rays import Hits, Rays
 from ..core.spaces import FAR
 from .exr import read_exr, stacked, write_exr

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from blender_scenes import add_mesh, emission
 from mathutils import Euler
+from tolerances import CAMERA_PIXELS
 
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.exr import read_exr, stacked
-from tolerances import CAMERA_PIXELS
 
 CASES = {
     "plain": {},

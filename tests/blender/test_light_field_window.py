@@ -3,7 +3,8 @@
 import bpy
 import numpy as np
 import pytest
-from test_ops import ball, drawn, fake_worker, live_state, registered  # noqa: F401  two of them are fixtures
+from panel_text import drawn
+from test_ops import ball, fake_worker, live_state, registered  # noqa: F401  two of them are fixtures
 
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.asset_files import save_asset

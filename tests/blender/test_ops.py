@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from panel_text import drawn
 
 import reflect_addon
 from reflect_addon.core.asset import Asset
@@ -338,56 +339,6 @@ def test_switching_the_add_on_off_ends_the_bake(ball, monkeypatch):
     reflect_addon.unregister()
     assert not worker.state.running and bake.running() is None
     reflect_addon.register()
-
-
-class Recorder:
-    """A layout that writes down what a panel draws."""
-
-    def __init__(self, seen):
-        self.seen = seen
-
-    def __getattr__(self, name):
-        def call(*arguments, **keywords):
-            if name == "prop":
-                assert keywords or arguments[0].bl_rna.properties[arguments[1]] is not None
-            if name == "operator":
-                getattr(bpy.ops.reflect, arguments[0].removeprefix("reflect.")).get_rna_type()
-            self.seen.append((name, *arguments, *keywords.values()))
-            return SimpleNamespace() if name == "operator" else Recorder(self.seen)
-
-        return call
-
-
-def drawn(**space):
-    """All text that the panels show."""
-    from reflect_addon.ui import panel
-
-    shading = SimpleNamespace(type=space.get("shading", "SOLID"))
-    overlay = SimpleNamespace(show_overlays=space.get("overlays", True))
-    eye = np.eye(4)
-    eye[:3, 3] = space.get("eye", (0, 0, 0))
-    lens = np.array([[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, -1.0, -0.1], [0, 0, -1.0, 0]])
-    context = SimpleNamespace(
-        scene=bpy.context.scene,
-        area=SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", width=64, height=48)]),
-        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),  # 0 without a window
-        region=SimpleNamespace(width=3000),
-        space_data=SimpleNamespace(
-            shading=shading, overlay=overlay, region_3d=SimpleNamespace(view_matrix=np.linalg.inv(eye), window_matrix=lens)
-        ),
-    )
-    seen = []
-    for cls in (
-        panel.REFLECT_PT_main, panel.REFLECT_PT_found, panel.REFLECT_PT_settings, panel.REFLECT_PT_advanced,
-        panel.REFLECT_PT_assets,
-    ):  # fmt: skip
-        if not hasattr(cls, "poll") or cls.poll(context):
-            cls.draw(SimpleNamespace(layout=_Layout(seen)), context)
-    return " ".join(str(word) for entry in seen for word in entry[1:] if isinstance(word, str))
-
-
-class _Layout(Recorder):
-    use_property_split = use_property_decorate = False
 
 
 def test_panels_draw_in_every_state(ball, monkeypatch):

@@ -8,11 +8,11 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from mathutils import Vector
 from mathutils.bvhtree import BVHTree
+from tolerances import HIT_POINT_OF_DIAGONAL, RAYS_ON_EDGES
 
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.spaces import FAR
 from reflect_addon.scene.raytrace import trace
-from tolerances import HIT_POINT_OF_DIAGONAL, RAYS_ON_EDGES
 
 COUNT = 20_000
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from blender_scenes import add_mesh, add_soup, emission, random_matrix, set_world
 from mathutils import Euler
+from tolerances import EMISSION_RELATIVE
 
 from reflect_addon.core.camera import Camera
 from reflect_addon.core.rays import Rays
 from reflect_addon.scene.exr import read_exr, stacked
 from reflect_addon.scene.raytrace import primary, trace
-from tolerances import EMISSION_RELATIVE
 
 SIZE = 48
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 import scenes
 import tolerances
+
 from sample_blends.describe import describe
 from sample_blends.teapot_data import patches, tessellate
 

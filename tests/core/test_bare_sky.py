@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reflect_addon.core.job import BakeJob
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.methods import environment
-from reflect_addon.core.job import BakeJob
 from reflect_addon.core.rays import Hits, Rays
 from reflect_addon.core.snapshot import Instance, Mesh, SceneSnapshot
 from reflect_addon.core.spaces import FAR

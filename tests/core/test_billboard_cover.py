@@ -5,8 +5,8 @@ import numpy as np
 from reflect_addon.core import billboard_capture
 from reflect_addon.core.billboard_fit import flat_quads
 from reflect_addon.core.flat_parts import is_closed
-from reflect_addon.core.methods import billboards
 from reflect_addon.core.job import BakeJob
+from reflect_addon.core.methods import billboards
 from reflect_addon.core.rays import Hits
 from reflect_addon.core.snapshot import Instance, Mesh, SceneSnapshot
 

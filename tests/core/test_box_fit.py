@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import tolerances
-from analytic import Room, SKY, directions, random_room, rotation
+from analytic import SKY, Room, directions, random_room, rotation
 
 from reflect_addon.core import box_fit, cubemap, spaces
 from reflect_addon.core.asset import Asset

@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import tolerances
-from analytic import Room, SKY, directions, random_room, rotation, smooth, sphere_distance, unit
+from analytic import SKY, Room, directions, random_room, rotation, smooth, sphere_distance, unit
 
 from reflect_addon.core import cubemap, spaces
 from reflect_addon.core.asset import Asset
+from reflect_addon.core.job import BakeJob
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.methods import box_proxy, environment, sphere_proxy
-from reflect_addon.core.job import BakeJob
 from reflect_addon.core.rays import Rays
 
 N = 32

@@ -6,10 +6,10 @@ import tolerances
 from analytic import directions, hits, unit
 
 from reflect_addon.core import cubemap, spaces
+from reflect_addon.core.asset import Asset
 from reflect_addon.core.billboard_fit import Quad
 from reflect_addon.core.kernel import evaluate, record_function
 from reflect_addon.core.rays import Rays
-from reflect_addon.core.asset import Asset
 
 # face, s, t -> direction, from the sentence "s and t are the components (a + 1) % 3 and (a + 2) % 3".
 CORNERS = {

@@ -1,11 +1,11 @@
 """core/surface_refine.py and surface_radiance.py: subdivided where radiance changes, nowhere else, without cracks."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import trimesh
-from dataclasses import replace
 from mesh_scenes import MATTE, MIRROR, smooth_mirror, snapshot, tracer
 
 from reflect_addon.core import surface_radiance

@@ -57,6 +57,7 @@ def test_levels_are_ranges(tree):
     assert nodes[0, 0] == cells[0, 0] == 0 and nodes[-1, 2] == len(tree.node_position) and cells[-1, 1] == len(tree.cell_nodes)
     np.testing.assert_array_equal(nodes[1:, 0], nodes[:-1, 2])
     np.testing.assert_array_equal(cells[1:, 0], cells[:-1, 1])
+    before = 0, 0
     for (middle, corner, end), (first, last) in zip(nodes, cells, strict=True):
         np.testing.assert_array_equal(tree.cell_nodes[first:last, 8], np.arange(middle, corner))
         assert tree.cell_nodes[first:last].max() < end

@@ -2,9 +2,9 @@
 
 from types import SimpleNamespace
 
+import hand_scenes as scenes
 import numpy as np
 import pytest
-import hand_scenes as scenes
 
 from reflect_addon.core.look import Look
 

@@ -1,8 +1,8 @@
 """The ray map against analytic reflection, and at every scale and camera without a value that is not finite."""
 
+import hand_scenes as scenes
 import numpy as np
 import pytest
-import hand_scenes as scenes
 import tolerances
 
 from reflect_addon.core.snapshot import Material

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
+import hand_scenes as scenes
 import numpy as np
 import pytest
-import hand_scenes as scenes
 import tolerances
 
 from reflect_addon.core.errors import ReflectError

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import pytest
 import tolerances
-from claims import measure
+from claims import Remembered, measure
 
 from sample_blends import scene_parts as parts
 
@@ -16,13 +16,11 @@ SAMPLE = Path(__file__).resolve().parents[2] / "sample_blends" / "contact.blend"
 @pytest.fixture(scope="module")
 def contact(device, tmp_path_factory):
     """claims.measure of the file: what was traced and baked for one test serves the next."""
-    folder, truths = tmp_path_factory.mktemp("contact"), {}
+    folder, tracer = tmp_path_factory.mktemp("contact"), Remembered()
 
     def measured(methods, size, samples, settings):
         bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
-        found = measure(methods, folder, size, samples, settings, truth=truths.get((size, samples)))
-        truths[size, samples] = found.truth
-        return found
+        return measure(methods, folder, size, samples, settings, tracer=tracer)
 
     return measured
 

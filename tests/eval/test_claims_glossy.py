@@ -7,7 +7,7 @@ import pytest
 import tolerances
 import trimesh
 from blender_scenes import add_mesh
-from claims import measure
+from claims import Remembered, measure
 from mathutils import Vector
 
 from reflect_addon.core import metrics
@@ -54,11 +54,10 @@ def stage(roughness, lamp):
 @pytest.mark.parametrize("roughness, lamp", [(0.21, "AREA"), (0.4, "POINT"), (0.3, "SUN")])
 def test_its_highlight_moves_with_the_eye(roughness, lamp, device, fresh_file, tmp_path, record_property):
     stage(roughness, lamp)
-    errors, truth = [], None
+    errors, tracer = [], Remembered()
     for on in (False, True):
         settings = {"resolution": 64, "samples": 16, "texels": 128, "view_dependent": on}
-        found = measure(("depth_maps",), tmp_path / str(on), (96, 72), 32, settings, truth=truth)
-        truth = found.truth
+        found = measure(("depth_maps",), tmp_path / str(on), (96, 72), 32, settings, tracer=tracer)
         red = found.truth.object == found.truth.object_names.index("Red")
         assert red.sum() > 300
         errors.append(metrics.rmse(found.answers["depth_maps"].radiance[red], found.truth.radiance[red]))

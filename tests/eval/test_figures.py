@@ -5,11 +5,10 @@ import re
 import numpy as np
 import pytest
 
+from sample_blends import scene_parts as parts
 from tools.figures import __main__ as command
 from tools.figures.sheet import Panel, draw
 from tools.figures.studio import Studio, busiest, magnified
-
-from sample_blends import scene_parts as parts
 
 
 def test_one_figure_from_the_command_to_the_page(fresh_file, device, tmp_path, capsys):

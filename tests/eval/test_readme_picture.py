@@ -4,7 +4,6 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-
 from reflect_addon.evaluation.png import write_png
 from reflect_addon.evaluation.rows import Row, write_rows
 

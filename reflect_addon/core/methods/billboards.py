@@ -30,13 +30,13 @@ from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..billboard_mirrors import mirror_rows
 from ..clear_center import clear_center
 from ..flat_parts import contains
+from ..job import BakeJob
 from ..kernel import Hit
 from ..mirrors import mirror_of
 from ..remake import parts_of
 from ..snapshot import Instance, corners_of
 from ..view_dependent import arranged, images_of
 from . import environment
-from ..job import BakeJob
 
 NAME = "billboards"
 LABEL = "Billboards"

@@ -14,10 +14,10 @@ import numpy as np
 
 from .. import box_fit, cubemap, spaces
 from ..asset import Asset
-from ..kernel import Hit
-from . import environment
 from ..job import BakeJob
+from ..kernel import Hit
 from ..slab import exit_distance
+from . import environment
 
 NAME = "box_proxy"
 LABEL = "Box Proxy"

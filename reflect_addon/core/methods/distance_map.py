@@ -16,10 +16,10 @@ taken for the answer though something stands before it. What the centre does not
 
 from .. import cubemap, distance_search, spaces
 from ..asset import Asset
+from ..job import BakeJob
 from ..kernel import Hit
 from ..settings import Setting
 from . import environment
-from ..job import BakeJob
 
 NAME = "distance_map"
 LABEL = "Distance Map"

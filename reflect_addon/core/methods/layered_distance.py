@@ -23,10 +23,10 @@ import numpy as np
 from .. import cubemap, distance_search, spaces
 from ..asset import Asset, half_with_scale
 from ..depth_layers import Layer, layers_behind
+from ..job import BakeJob
 from ..kernel import Hit
 from ..settings import Setting
 from . import environment
-from ..job import BakeJob
 
 NAME = "layered_distance"
 LABEL = "Layered Distance Map"

@@ -12,10 +12,10 @@ import numpy as np
 
 from .. import cubemap, spaces
 from ..asset import Asset
+from ..job import BakeJob
 from ..kernel import Hit
 from ..weighted import weighted_median
 from . import environment
-from ..job import BakeJob
 
 NAME = "sphere_proxy"
 LABEL = "Sphere Proxy"
