@@ -18,8 +18,8 @@ from .virtual_draw import STATUSES, TABLES
 from .virtual_scene import COLUMNS, VirtualScene
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
-_WANTED = ("virtual", "direction", "status")
-_ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block", "ball": "ball", "cone": "cone"}
+WANTED = ("virtual", "direction", "status")
+ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block", "ball": "ball", "cone": "cone"}
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Search:
                     ("RGBA16F", "FLOAT_2D", "start_img", "READ_WRITE"), ("RGBA32F", "FLOAT_2D", "virtual_img", "WRITE"),
                     ("RGBA32F", "FLOAT_2D", "place_img", "WRITE"),
                 ),
-                generated=(("kernel", kernel.source), ("call", call_text(kernel, _ARGUMENTS, "found_"))),
+                generated=(("kernel", kernel.source), ("call", call_text(kernel, ARGUMENTS, "found_"))),
                 defines=TABLES + STATUSES,
             ),
             counts,
@@ -75,12 +75,12 @@ class Search:
             self.counts.searches += count
 
 
-def search_kernel(asset: Asset) -> GlslKernel:
-    """The search as the asset's options ask for it."""
+def search_kernel(asset: Asset, wanted: tuple[str, ...] = WANTED) -> GlslKernel:
+    """The search as the asset's options ask for it, with those of its answers that are wanted."""
     kernel = reflection_search.midpoint if asset.options["paper"] else reflection_search.newton
     options = {"steps": int(asset.options["search_steps"]), "tolerance": reflection_search.TOLERANCE}
     program = record_function(kernel, reflection_search.INPUTS, MAPS, options=options, name="reflection_point")
-    return emit_glsl(program, _WANTED, "reflection_point")
+    return emit_glsl(program, wanted, "reflection_point")
 
 
 def place(found: Found, rows: np.ndarray, counts: Counts):
