@@ -18,24 +18,24 @@ from ..core.asset import Asset
 from .compute import ComputeInfo
 from .counts import Counts
 from .program import call_text, program
-from .upload import read_texture
 from .virtual_draw import FRAME_STRUCT, STATUSES, TABLES
 from .virtual_scene import COLUMNS, VirtualScene
-from .virtual_search import ARGUMENTS, WANTED, Found, search_kernel
+from .virtual_search import ARGUMENTS, Found, search_kernel
 from .virtual_tables import EMPTY, Nodes
 
 # A cone of normals is wider by this, rad, for nodes: around a vertex at the edge of what a part shows, they lie beyond.
 NODE_MARGIN = 0.3
-# Pixels that stand for any number.
-UNBOUNDED = 1e30
+# Pixels that stand for any number, and a cell's before it is judged.
+UNBOUNDED, UNJUDGED = 1e30, -1.0
 _DEFINES = (
-    *TABLES, *STATUSES, ("CONVERGED", f"{virtual_status.CONVERGED:.1f}"), ("UNBOUNDED", f"{UNBOUNDED:.1e}"),
+    *TABLES, *STATUSES, ("CONVERGED", f"{virtual_status.CONVERGED:.1f}"), ("UNBOUNDED", f"{UNBOUNDED:.1e}"), ("UNJUDGED", f"({UNJUDGED:.1f})"),
     *((name, f"{getattr(virtual_follow, name):.3f}") for name in ("UNSEEN", "WIDE", "FALL")),
+    ("NODE(texel)", "texelFetch(node_tx, texel, 0)"), ("NODE_START(texel)", "texelFetch(node_start_tx, texel, 0)"),
 )  # fmt: skip
-_FORMATS = {"start_img": "RGBA16F", "apart_img": "R32F", "list_img": "R32UI"}  # others: RGBA32F
-# How a shader reads nodes: from the images where it writes them, elsewhere as textures, which is faster.
-_WRITTEN = (("NODE(texel)", "imageLoad(virtual_img, texel)"), ("NODE_START(texel)", "imageLoad(start_img, texel)"))
-_READ = (("NODE(texel)", "texelFetch(node_tx, texel, 0)"), ("NODE_START(texel)", "texelFetch(node_start_tx, texel, 0)"))
+_KINDS = {"start_img": ("RGBA16F", "FLOAT_2D"), "apart_img": ("R32F", "FLOAT_2D"), "list_img": ("R32UI", "UINT_2D"), "count_img": ("R32UI", "UINT_2D")}
+_ANY = ("RGBA32F", "FLOAT_2D")
+_POINTS = ("points_buf", "placing_buf", "cells_buf", "where_buf", "node_tx", "node_start_tx")
+_RULE = (("VEC4", "rule"),)
 
 
 @dataclass(frozen=True)
@@ -54,37 +54,34 @@ class GridSearch:
     def __init__(self, asset: Asset, textures, counts: Counts):
         self.counts = counts
         self.tolerance = float(asset.options["grid_tolerance"])
-        kernel = search_kernel(asset, (*WANTED, "evaluations"))
+        kernel = search_kernel(asset)
         self._images = {sampler: textures.texture(name, asset.images[name]) for name, sampler in kernel.images.items()}
+        lists, found = ("list_img", "count_img"), ("virtual_img", "place_img")
         searching = {
+            "samplers": (*_POINTS, *self._images), "uniforms": tuple(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone")),
             "generated": (("kernel", kernel.source), ("call", call_text(kernel, ARGUMENTS, "found_"))),
-            "uniforms": (("VEC2", "range"), *(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone"))),
         }  # fmt: skip
-        points, own = ("points_buf", "placing_buf"), ("virtual_img", "start_img", "place_img")
-        inside = (*points, "cells_buf", "where_buf", "node_tx", "node_start_tx")
-        self.listed = self._program("listed", (*inside, *self._images), (*own, "list_img"), _READ, **searching)
-        outputs, range_only = ("virtual_img", "place_img", "list_img"), (("VEC2", "range"),)
+        self.listed = self._program("listed", images=(*found, "start_img", *lists), **searching)
         if not self.tolerance:
-            self.nodes, self.cells = self._program("nodes", (*points, *self._images), own, _WRITTEN, **searching), None
-            self.vertices = self._program("vertices", inside, outputs, _READ, uniforms=range_only)
+            self.all = self._program("listed", ("ALL",), images=(*found, "start_img"), **searching)
+            self.vertices = self._program("points", ("LISTS",), samplers=_POINTS, images=(*found, *lists))
             return
-        around, levels = (*points, "cells_buf", *self._images), (*_WRITTEN, ("LEVELS", "1"))
-        self.nodes = self._program("nodes", (*around, "node_where_buf", "around_buf"), (*own, "apart_img"), levels, **searching)
-        searching["uniforms"] += (("VEC4", "rule"),)
+        self.vertices = self._program("points", ("LISTS", "LEVELS"), samplers=(*_POINTS, "apart_tx"), images=(*found, *lists))
+        around = (*_POINTS, "apart_tx", "around_buf")
+        self.corners = self._program("points", ("LISTS", "LEVELS", "NODES"), samplers=around, images=(*found, *lists))
+        self.cells = self._program("cells", ("LISTS",), samplers=_POINTS, images=(*found, "apart_img", *lists), uniforms=_RULE)
         frame = ((FRAME_STRUCT, "ReflectVirtual", "frame"),)
-        self.cells = self._program("cells", around, (*own, "apart_img"), levels, blocks=frame, **searching)
-        self.vertices = self._program("vertices", (*inside, "apart_tx"), outputs, (*_READ, ("LEVELS", "1")), uniforms=range_only)
+        self.apart = self._program("apart", samplers=("cells_buf", "node_tx", "node_start_tx"), images=("apart_img",), uniforms=_RULE, blocks=frame)
 
-    def _program(self, name: str, samplers, images, defines, **more):
+    def _program(self, name: str, switches: tuple[str, ...] = (), samplers=(), images=(), uniforms=(), **more):
         info = ComputeInfo(
             name=f"reflect_virtual_{name}",
             compute=f"virtual_{name}.comp.glsl",
             group=(64, 1, 1),
+            uniforms=(("VEC4", "range"), *uniforms),
             samplers=tuple(("FLOAT_2D", sampler) for sampler in samplers),
-            images=tuple(
-                (_FORMATS.get(image, "RGBA32F"), "UINT_2D" if image == "list_img" else "FLOAT_2D", image, "READ_WRITE") for image in images
-            ),
-            defines=(*_DEFINES, *defines),
+            images=tuple((*_KINDS.get(image, _ANY), image, "READ_WRITE") for image in images),
+            defines=(*_DEFINES, *((switch, "1") for switch in switches)),
             **more,
         )  # fmt: skip
         return program(info, self.counts)
@@ -94,48 +91,47 @@ class GridSearch:
         Unless they are to be counted, nothing is read back, and those searches are counted that are sure to be done."""
         textures = nodes.tables.textures
         given = {
-            "observer": observer, "seed": part.start, "block": part.block, "ball": part.ball, "cone": part.cone,
-            "placing_buf": found.placing, **textures, **self._images,
+            "observer": observer, "seed": part.start, "block": part.block, "ball": part.ball, "cone": part.cone, **self._images, **textures,
+            "placing_buf": found.placing, "node_tx": textures["node_img"], "node_start_tx": nodes.start, "apart_tx": textures.get("apart_img"),
         }  # fmt: skip
-        self._search_nodes(nodes, given, shown, seen)
-        given |= {
-            "points_buf": scene.vertices_buf, "virtual_img": found.virtual, "place_img": found.place, "start_img": found.start,
-            "node_tx": textures["node_img"], "node_start_tx": nodes.start, "apart_tx": textures.get("apart_img"),
-        }  # fmt: skip
-        textures["list_img"].clear(format="UINT", value=(0, 0, 0, 0))
-        _dispatch(self.vertices, given, ranges)
-        _dispatch(self.listed, given, [(0, sum(count for _, count in ranges))])
-        if seen.counted:
-            self.counts.searches += int(textures["list_img"].read()[0][0])
-            self.counts.readbacks += 1
-
-    def _search_nodes(self, nodes: Nodes, given, shown, seen: Seen):
-        tables, textures = nodes.tables, nodes.tables.textures
-        axis, cosine = given["cone"][:3], np.clip(given["cone"][3], -1, 1)
-        given = given | {
+        textures["count_img"].clear(format="UINT", value=(0, 0, 0, 0))
+        axis, cosine = part.cone[:3], np.clip(part.cone[3], -1, 1)
+        of_nodes = given | {
             "cone": (*axis, np.cos(min(np.arccos(cosine) + NODE_MARGIN, np.pi))), "points_buf": textures["nodes_buf"],
             "virtual_img": textures["node_img"], "place_img": textures["node_place_img"], "start_img": nodes.start,
+            "where_buf": textures["node_where_buf"],
         }  # fmt: skip
-        asked = tables.asked.nodes(shown)
-        if not tables.levels:
-            around = virtual_asked.runs(asked, 0, tables.nodes)
-            _dispatch(self.nodes, given, around)
+        if self.tolerance:
+            self._levels(nodes, of_nodes, shown, seen)
+        else:
+            around = virtual_asked.runs(nodes.tables.asked.nodes(shown), 0, nodes.tables.nodes)
+            _dispatch(self.all, of_nodes, around)
             self.counts.searches += sum(count for _, count in around)
-            return
-        for left in ("apart_img", *(("node_place_img",) if seen.counted else ())):  # what another piece left behind
-            textures[left].clear(format="FLOAT", value=EMPTY)
-        cells = tables.asked.cells(shown)
-        for level, (corners, own) in enumerate(tables.levels):
-            _dispatch(self.nodes, given, virtual_asked.runs(asked, *corners))
-            sure = float(level >= virtual_follow.SURE)
-            rule = (seen.width, seen.height, self.tolerance, sure)
-            _dispatch(self.cells, given | {"rule": rule, "frame": seen.frame}, virtual_asked.runs(cells, *own))
+        given |= {"points_buf": scene.vertices_buf, "virtual_img": found.virtual, "place_img": found.place, "start_img": found.start}
+        self._listed(self.vertices, given, ranges, 2 * len(nodes.tables.levels))
         if seen.counted:
-            self.counts.searches += int((read_texture(textures["node_place_img"], self.counts)[..., 3] > 0.5).sum())
+            self.counts.searches += int(np.asarray(textures["count_img"].read()).sum())
+            self.counts.readbacks += 1
+
+    def _levels(self, nodes: Nodes, given, shown, seen: Seen):
+        asked, tables = nodes.tables.asked, nodes.tables
+        tables.textures["apart_img"].clear(format="FLOAT", value=EMPTY)  # what another piece left behind
+        around, wanted = asked.nodes(shown), asked.cells(shown)
+        for level, (corners, cells) in enumerate(tables.levels):
+            self._listed(self.corners, given, virtual_asked.runs(around, *corners), 2 * level)
+            own = virtual_asked.runs(wanted, *cells)
+            judged = given | {"frame": seen.frame, "rule": (seen.width, seen.height, self.tolerance, float(level >= virtual_follow.SURE))}
+            self._listed(self.cells, judged, own, 2 * level + 1)
+            _dispatch(self.apart, judged, own)
+
+    def _listed(self, shader, given, ranges, place: int):
+        """A pass that makes a list, and the search of what is on it; place: of its count."""
+        _dispatch(shader, given, ranges, place)
+        _dispatch(self.listed, given, [(0, sum(count for _, count in ranges))] if ranges else [], place)
 
 
-def _dispatch(shader, given: dict[str, object], ranges):
-    """All that the program declares, out of what is given, and its ranges, each (first, count)."""
+def _dispatch(shader, given: dict[str, object], ranges, place: int = 0):
+    """All that the program declares, out of what is given, and its ranges, each (first, count); place: of a list's count."""
     if not ranges:
         return
     info = shader.info
@@ -150,5 +146,5 @@ def _dispatch(shader, given: dict[str, object], ranges):
     for _, _, name, _ in info.images:
         shader.store(name, given[name])
     for first, count in ranges:
-        shader.set("range", (first, count))
+        shader.set("range", (first, count, place, 0))
         shader.dispatch(COLUMNS, -(-count // COLUMNS))

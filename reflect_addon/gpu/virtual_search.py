@@ -18,7 +18,7 @@ from .virtual_draw import STATUSES, TABLES
 from .virtual_scene import COLUMNS, VirtualScene
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
-WANTED = ("virtual", "direction", "status")
+_WANTED = ("virtual", "direction", "status")
 ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block", "ball": "ball", "cone": "cone"}
 
 
@@ -75,12 +75,12 @@ class Search:
             self.counts.searches += count
 
 
-def search_kernel(asset: Asset, wanted: tuple[str, ...] = WANTED) -> GlslKernel:
-    """The search as the asset's options ask for it, with those of its answers that are wanted."""
+def search_kernel(asset: Asset) -> GlslKernel:
+    """The search as the asset's options ask for it."""
     kernel = reflection_search.midpoint if asset.options["paper"] else reflection_search.newton
     options = {"steps": int(asset.options["search_steps"]), "tolerance": reflection_search.TOLERANCE}
     program = record_function(kernel, reflection_search.INPUTS, MAPS, options=options, name="reflection_point")
-    return emit_glsl(program, wanted, "reflection_point")
+    return emit_glsl(program, _WANTED, "reflection_point")
 
 
 def place(found: Found, rows: np.ndarray, counts: Counts):

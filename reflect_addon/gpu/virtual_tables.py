@@ -26,15 +26,17 @@ class GridTables:
         made = grid(mesh.positions, mesh.instance, share) if share > 0 else octree(mesh.positions, mesh.instance)
         self.nodes, cells = len(made.node_position), len(made.cell_nodes)
         middle, parent = np.full((2, cells), -1)
+        node_cell, node_where = np.full(self.nodes, -1), np.zeros((self.nodes, 3))
         self.textures, self.levels = {}, ()
         if share <= 0:
             # Of each level the first and the end of its corners among the nodes, and of its cells.
             self.levels = tuple(zip(made.node_ranges[:, 1:].tolist(), made.cell_ranges.tolist(), strict=True))
             middle, parent = made.cell_nodes[:, 8], made.cell_parent
-            where = np.pad(made.node_where, ((0, 0), (0, 1)))
+            node_cell, node_where = made.node_around[:, 0].copy(), made.node_where
+            own = np.flatnonzero(middle >= 0)
+            node_cell[middle[own]] = own
             self.textures = {
                 "around_buf": table("virtual nodes' cells", made.node_around, counts),
-                "node_where_buf": table("virtual nodes in cells", where, counts),
                 "apart_img": image(cells, "R32F", counts),
             }
         self.asked = Asked(made.cell_nodes, parent, made.vertex_cell, mesh.chunks)
@@ -42,10 +44,12 @@ class GridTables:
         self.textures |= {
             "cells_buf": table("virtual cells", rows, counts),
             "nodes_buf": table("virtual nodes", np.column_stack([made.node_position, made.node_instance]), counts),
+            "node_where_buf": table("virtual nodes in cells", np.column_stack([node_cell, node_where]), counts),
             "where_buf": table("virtual vertices in cells", np.column_stack([made.vertex_cell, made.vertex_where]), counts),
             "node_img": image(self.nodes, "RGBA32F", counts),
             "node_place_img": image(self.nodes, "RGBA32F", counts),
-            "list_img": image(len(mesh.positions) + 1, "R32UI", counts),
+            "list_img": image(max(self.nodes, len(mesh.positions)), "R32UI", counts),
+            "count_img": image(2 * len(self.levels) + 1, "R32UI", counts),
         }
         self.bytes = sum(map(texture_bytes, self.textures.values()))
 

@@ -62,3 +62,11 @@ vec4 start_in(Cell cell, vec3 where)
   }
   return vec4(sum.xyz, float(sum.w > 0.0));
 }
+
+#ifdef LISTS
+// list_img: what is to be searched; count_img: how many, of each pass that makes a list (range.z).
+void put_on_list(int point)
+{
+  imageStore(list_img, texel_of(int(imageAtomicAdd(count_img, texel_of(int(range.z)), 1u))), uvec4(point));
+}
+#endif
