@@ -25,6 +25,8 @@ from .virtual_tables import EMPTY, Nodes
 
 # A cone of normals is wider by this, rad, for nodes: around a vertex at the edge of what a part shows, they lie beyond.
 NODE_MARGIN = 0.3
+# Of so many points one is expected on a list; threads without work are not for nothing. As many as this are, whatever is expected.
+LISTED, FEWEST = 8, 1024
 # Pixels that stand for any number, and a cell's before it is judged.
 UNBOUNDED, UNJUDGED = 1e30, -1.0
 _DEFINES = (
@@ -127,7 +129,8 @@ class GridSearch:
     def _listed(self, shader, given, ranges, place: int):
         """A pass that makes a list, and the search of what is on it; place: of its count."""
         _dispatch(shader, given, ranges, place)
-        _dispatch(self.listed, given, [(0, sum(count for _, count in ranges))] if ranges else [], place)
+        points = sum(count for _, count in ranges)
+        _dispatch(self.listed, given, [(0, min(points, max(points // LISTED, FEWEST)))] if points else [], place)
 
 
 def _dispatch(shader, given: dict[str, object], ranges, place: int = 0):
@@ -147,4 +150,4 @@ def _dispatch(shader, given: dict[str, object], ranges, place: int = 0):
         shader.store(name, given[name])
     for first, count in ranges:
         shader.set("range", (first, count, place, 0))
-        shader.dispatch(COLUMNS, -(-count // COLUMNS))
+        shader.dispatch(min(count, COLUMNS), -(-count // COLUMNS))
