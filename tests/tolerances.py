@@ -241,6 +241,16 @@ SEARCH_STATUS_GPU, SEARCH_POINT_GPU = 0.999, 1e-5
 # A look-up in a map of 64 texels a face, largest error: an eighth of a texel's square, 1.2e-4, times the curvature over directions, which
 # is 1 on a sphere and some twenty at the ends of the ellipsoid and where rays graze the paraboloid; (point, normal).
 MAP_ERROR = (4e-3, 4e-3)
+# Grids on the GPU against NumPy: share of equal statuses (0.9992 measured), and of points at most so many pixels apart (0.999). Where
+# rounding decides whether a cell is taken apart its vertices differ by up to the tolerance; near the silhouette points are far away.
+GRID_STATUS_GPU, GRID_PIXELS_GPU = 0.995, 5e-2
+# ... and the counts of searches, besides those for what shares a block with what is shown: the same roundings.
+GRID_SEARCHES_GPU = 0.02
+# Share of the drawn pixels that show another place than with all vertices searched (0.04 measured): edges of triangles, off by a share
+# of a pixel each; and of reflector pixels where Embree finds something and nothing is drawn: a torus of 2000 vertices has 200 nodes.
+GRID_DRAWN, GRID_MISSED = 0.06, 0.04
+# ... and percentile of pixels whose place is the ray's own: others are beside an edge, within a pixel (95 without a grid).
+GRID_EXACT = 90
 # core/virtual_grid.py. Nodes against the share asked for: whole cells, as near to cubes as may be, so counts come in steps of about
 # a layer of cells (0.09 measured).
 GRID_SHARE = 0.3

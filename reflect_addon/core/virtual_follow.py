@@ -43,8 +43,12 @@ Search = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 Project = Callable[[np.ndarray], np.ndarray]
 
 
-def follow(tree: Octree, search: Search, project: Project, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(virtual (V, 4), status (V,), (L + 1,) searches in each level and at last of vertices), to a tolerance in pixels."""
+def follow(
+    tree: Octree, search: Search, project: Project, tolerance: float, nodes: dict[str, np.ndarray] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(virtual (V, 4), status (V,), (L + 1,) searches in each level and at last of vertices), to a tolerance in pixels.
+
+    nodes: takes what they were in the end, 'virtual' (N, 4) and 'status' (N,)."""
     value, state = np.zeros((len(tree.node_position), 4)), np.full(len(tree.node_position), FAILED)
     apart = np.zeros(len(tree.cell_nodes))  # px that a cell errs by if it is taken apart, else 0
     searched = []
@@ -57,6 +61,8 @@ def follow(tree: Octree, search: Search, project: Project, tolerance: float) -> 
         searched.append(0)
         _corners(tree, np.arange(corner, end), value, state, apart, ask)
         _cells(tree, np.arange(first, last), value, state, apart, ask, project, tolerance, level >= SURE)
+    if nodes is not None:
+        nodes |= {"virtual": value, "status": state}
     virtual, status = _interpolated(tree, tree.vertex_cell, tree.vertex_where, value, state)
     rest = np.flatnonzero(apart[tree.vertex_cell])
     virtual[rest], status[rest] = search(tree.position[rest], tree.instance[rest])

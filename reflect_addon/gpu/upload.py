@@ -14,7 +14,7 @@ from .counts import Counts
 from .device import ensure, max_texture_side
 
 # RGBA8 is what a driver without BC1 gets, with the levels below it.
-_TEXEL_BYTES = {"RGBA16F": 8, "RGBA32F": 16, "R32F": 4, "RGBA8_DXT1": 0.5, "RGBA8": 16 / 3}
+_TEXEL_BYTES = {"RGBA16F": 8, "RGBA32F": 16, "R32F": 4, "R32UI": 4, "RGBA8_DXT1": 0.5, "RGBA8": 16 / 3}
 
 
 def check_size(name: str, width: int, height: int):

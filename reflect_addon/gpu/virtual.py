@@ -25,9 +25,11 @@ from .device import ensure
 from .targets import ReflectionTarget
 from .upload import read_texture, texture_bytes
 from .virtual_draw import Drawing, Mirrors, frame_of
+from .virtual_grid import GridSearch, Seen
 from .virtual_lamps import Lamps
 from .virtual_scene import VirtualScene, image
 from .virtual_search import Found, Search, place
+from .virtual_tables import GridTables, Nodes
 
 
 @dataclass
@@ -39,6 +41,7 @@ class _Part:
     space: MapSpace | None = None
     balls: np.ndarray | None = None  # (C, 4): around the chunks, in that space
     frame: object = None  # uniform buffer
+    nodes: Nodes | None = None  # with a grid
 
 
 class Projector:
@@ -53,6 +56,7 @@ class Projector:
         self._lamps: Lamps | None = None
         self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
         self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
+        self._grids: dict[float, GridTables] = {}  # by share of the vertices; 0: in levels
         self._parts: dict[tuple[str, int], _Part] = {}
 
     def update(self, snapshot: SceneSnapshot, assets, surfaces: Asset | None):
@@ -64,7 +68,7 @@ class Projector:
         shapes = tuple((p.instance, snapshot.meshes[named[p.instance].mesh].key) for p in surfaces.parts if p.instance in named) if surfaces else ()
         made_of = (id(surfaces), shapes) if wanted and surfaces is not None else ()
         if made_of != self._made_of:
-            self._scene, self._parts, self._made_of, self._surfaces = None, {}, made_of, surfaces
+            self._scene, self._parts, self._grids, self._made_of, self._surfaces = None, {}, {}, made_of, surfaces
             self._mirrors, self._lamps, self._drawings = None, None, {}
 
     @property
@@ -119,24 +123,32 @@ class Projector:
                 shown = may_show(part.ball, part.cone, part.block[3], observer, held.balls) & scene.others(own)
                 vertices, triangles = runs(shown, scene.mesh.chunks)
                 if triangles:
-                    search.run(scene, held.found, observer, part, vertices)
+                    self._set_frame(held, camera, index, sizes_per_metre)
+                    if isinstance(search, GridSearch):
+                        nodes = self._nodes(held, asset)
+                        seen = Seen(held.frame, camera.width, camera.height, self.tally is not None)
+                        search.run(scene, nodes, held.found, observer, part, shown, vertices, seen)
+                    else:
+                        search.run(scene, held.found, observer, part, vertices)
                     if self.tally is not None:
                         self._count(vertices)
-                    frame = frame_of(held.space, camera, index, sizes_per_metre)
-                    self._show(frame, held, rays, target, asset, bounds, triangles)
+                    drawing = self._drawing(asset, target.beside)
+                    drawing.draw(scene, held.found, held.frame, rays, target, bounds, triangles)
             self._lamps.draw(rays, target, index, sizes_per_metre, bounds)
 
-    def _show(self, data: np.ndarray, held: _Part, rays, target: ReflectionTarget, asset: Asset, bounds, ranges):
+    @staticmethod
+    def _set_frame(held: _Part, camera: Camera, index: int, sizes_per_metre: float):
+        data = frame_of(held.space, camera, index, sizes_per_metre)
         if held.frame is None:
             held.frame = ensure().types.GPUUniformBuf(data)
         else:
             held.frame.update(data)
-        self._drawing(asset, target.beside).draw(self.scene, held.found, held.frame, rays, target, bounds, ranges)
 
     def prepare(self, asset: Asset, beside: str | None):
         """Upload and compile now."""
         if self.scene is not None and self.scene.batch is not None:
-            self._search(asset)
+            if isinstance(self._search(asset)[0], GridSearch):
+                self._grid(asset)
             self._drawing(asset, beside)
             self._lamps.prepare(beside)
 
@@ -149,16 +161,32 @@ class Projector:
 
     def bytes(self) -> int:
         """Memory on the GPU besides the assets' own."""
-        held = sum(texture_bytes(part.found.start) for part in self._parts.values())
+        starts = [start for part in self._parts.values() for start in (part.found.start, part.nodes and part.nodes.start) if start]
+        held = sum(map(texture_bytes, starts)) + sum(tables.bytes for tables in self._grids.values())
         return held + sum(item.bytes for item in (self._scene, self._lamps) if item)
 
     def free(self):
-        self._scene, self._mirrors, self._lamps, self._made_of, self._searches, self._drawings, self._parts = None, None, None, (), {}, {}, {}
+        self._scene, self._mirrors, self._lamps, self._made_of = None, None, None, ()
+        self._searches, self._drawings, self._parts, self._grids = {}, {}, {}, {}
 
-    def _search(self, asset: Asset) -> tuple[Search, tuple]:
+    def _search(self, asset: Asset) -> tuple[Search | GridSearch, tuple]:
         if id(asset) not in self._searches:
-            self._searches[id(asset)] = (asset, Search(asset, self._textures, self.counts), virtual_objects.parts_in(asset))
+            kind = GridSearch if asset.options["grid_tolerance"] > 0 or asset.options["grid_share"] > 0 else Search
+            self._searches[id(asset)] = (asset, kind(asset, self._textures, self.counts), virtual_objects.parts_in(asset))
         return self._searches[id(asset)][1:]
+
+    def _grid(self, asset: Asset) -> GridTables:
+        """Made when the first asset asks for it, of its share of the vertices, or in levels for any tolerance."""
+        share = 0.0 if asset.options["grid_tolerance"] > 0 else float(asset.options["grid_share"])
+        if share not in self._grids:
+            self._grids[share] = GridTables(self.scene.mesh, share, self.counts)
+        return self._grids[share]
+
+    def _nodes(self, held: _Part, asset: Asset) -> Nodes:
+        tables = self._grid(asset)
+        if held.nodes is None or held.nodes.tables is not tables:
+            held.nodes = Nodes(tables, tables.starts(self.counts))
+        return held.nodes
 
     def _drawing(self, asset: Asset, beside: str | None) -> Drawing:
         key = (id(asset), beside)

@@ -26,7 +26,8 @@ def image(count: int, format: str, counts: Counts):
     """A cleared texture for a table of so many results."""
     texture = ensure().types.GPUTexture((COLUMNS, max(-(-count // COLUMNS), 1)), format=format)
     texture.filter_mode(False)
-    texture.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
+    kind = "UINT" if format.endswith("UI") else "FLOAT"
+    texture.clear(format=kind, value=4 * (0,) if kind == "UINT" else 4 * (0.0,))
     counts.allocations += 1
     return texture
 

@@ -19,7 +19,7 @@ from .virtual_scene import COLUMNS, VirtualScene
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
 _WANTED = ("virtual", "direction", "status")
-_ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block", "ball": "ball", "cone": "cone"}
+ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block", "ball": "ball", "cone": "cone"}
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Search:
                     ("RGBA16F", "FLOAT_2D", "start_img", "READ_WRITE"), ("RGBA32F", "FLOAT_2D", "virtual_img", "WRITE"),
                     ("RGBA32F", "FLOAT_2D", "place_img", "WRITE"),
                 ),
-                generated=(("kernel", kernel.source), ("call", call_text(kernel, _ARGUMENTS, "found_"))),
+                generated=(("kernel", kernel.source), ("call", call_text(kernel, ARGUMENTS, "found_"))),
                 defines=TABLES + STATUSES,
             ),
             counts,

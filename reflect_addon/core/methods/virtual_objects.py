@@ -46,10 +46,17 @@ SETTINGS = {
     "paper": Setting("First-Order Search", "The search as it was published, following bisectors. Slower", advanced=True),
     "second_order": Setting("Mirrors in Mirrors", "Let mirrors that are seen in the reflector reflect too, by its distance maps",
                             advanced=True),
+    "grid_share": Setting("Grid Share", "Share of the scene's vertices that is searched, as nodes of a grid; the others are "
+                          "interpolated. 0: all are searched", high=1.0, advanced=True),
+    "grid_tolerance": Setting("Grid Tolerance", "Pixels that an interpolated vertex may be off by: grids are as fine as that needs, and Grid "
+                         "Share means nothing. 0: none are", soft_high=4.0, advanced=True),
     "finish": Setting("Finish", "Let each pixel's own ray meet the triangle that is drawn there. Without it pictures are as published: "
                       "what lies between vertices is interpolated", advanced=True),
 }  # fmt: skip
-DEFAULTS = {"map_texels": 128, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True}
+DEFAULTS = {
+    "map_texels": 128, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True, "grid_share": 0.0,
+    "grid_tolerance": 0.0,
+}  # fmt: skip
 # Columns of the table, a row for each piece of a part that is searched by itself: the map's block and which side mirrors; the map's
 # centre and size; the ball around the piece, in map space; the axis of its normals and the cosine of the farthest; where to start.
 PLACE, CENTER, BALL, CONE, START, COLUMNS = range(6)
@@ -99,7 +106,7 @@ def bake(job: BakeJob) -> Asset:
         job.reflector.name,
         {**images, "reflector_parts_buf": table},
         uniforms={"left_out": left_out(found, positions, triangles)},
-        options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order")}
+        options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order", "grid_share", "grid_tolerance")}
         | {"sees_itself": bool((table[:, PLACE, 3] < 0).any()) or not _is_convex(positions, triangles)},
         settings=dict(job.settings),
         parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *_reflected(job.scene)),
