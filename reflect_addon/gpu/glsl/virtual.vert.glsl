@@ -4,17 +4,29 @@
 #ifdef FINISH
 // Edges that should bend are straight here, so that a pixel whose ray meets the real triangle may lie beside the virtual one, and near a
 // rim by more than a pixel. The triangle is drawn wider, by WIDER pixels and a share of its longest edge: fragments know better.
-vec2 widened(vec4 before, vec4 here, vec4 after)
+// Returns where the corner `here` goes, in pixels from the middle of the picture.
+vec2 widened(vec2 before, vec2 here, vec2 after)
 {
-  vec2 size = 0.5 * frame.options.zw;
-  vec2 middle = here.xy / here.w * size;
-  vec2 from = middle - before.xy / before.w * size, to = after.xy / after.w * size - middle, third = from + to;
-  float longest = sqrt(max(max(dot(from, from), dot(to, to)), dot(third, third)));
-  float turn = (from.x * to.y - from.y * to.x < 0.0) ? -1.0 : 1.0;
-  vec2 first = turn * vec2(from.y, -from.x) / max(length(from), 1e-6), second = turn * vec2(to.y, -to.x) / max(length(to), 1e-6);
-  vec2 outwards = (first + second) / max(1.0 + dot(first, second), 0.1);
+  vec3 squares = vec3(dot(here - before, here - before), dot(after - here, after - here), dot(before - after, before - after));
+  bool ends_here = squares.x >= squares.y && squares.x >= squares.z, begins_here = !ends_here && squares.y >= squares.z;
+  vec2 low = ends_here ? before : begins_here ? here : after, high = ends_here ? here : begins_here ? after : before;
+  vec2 top = ends_here ? after : begins_here ? before : here;
+  float longest = distance(low, high);
+  vec2 along = (longest > 1e-6) ? (high - low) / longest : vec2(1.0, 0.0), upwards = vec2(-along.y, along.x);
+  float height = dot(top - low, upwards);
+  upwards = (height < 0.0) ? -upwards : upwards;
+  height = abs(height);
   float far = min(WIDER + BENT * longest, WIDEST);
-  return outwards * far / size;
+  if (height > SLIVER * longest) {
+    vec2 from = normalize(here - before), to = normalize(after - here);
+    float turn = (from.x * to.y - from.y * to.x < 0.0) ? -far : far;
+    return here + turn * vec2(from.y + to.y, -from.x - to.x) / (1.0 + dot(from, to));
+  }
+  // Corners that are sharp would go far: a triangle around the rectangle around this one instead.
+  vec2 middle = 0.5 * (low + high + upwards * height);
+  float half_long = 0.5 * longest + far, half_high = 0.5 * height + far;
+  return (ends_here || begins_here) ? middle - upwards * half_high + along * (ends_here ? 2.0 : -2.0) * half_long :
+                                      middle + upwards * 3.0 * half_high;
 }
 #endif
 
@@ -34,8 +46,10 @@ void main()
   gl_Position = (own == 0) ? clip_a : (own == 1) ? clip_b : clip_c;
 #ifdef FINISH
   if (min(clip_a.w, min(clip_b.w, clip_c.w)) > 0.0) {
-    vec4 before = (own == 0) ? clip_c : (own == 1) ? clip_a : clip_b, after = (own == 0) ? clip_b : (own == 1) ? clip_c : clip_a;
-    gl_Position.xy += widened(before, gl_Position, after) * gl_Position.w;
+    vec2 size = 0.5 * frame.options.zw;
+    vec2 a_px = clip_a.xy / clip_a.w * size, b_px = clip_b.xy / clip_b.w * size, c_px = clip_c.xy / clip_c.w * size;
+    vec2 wider = (own == 0) ? widened(c_px, a_px, b_px) : (own == 1) ? widened(a_px, b_px, c_px) : widened(b_px, c_px, a_px);
+    gl_Position.xy = wider / size * gl_Position.w;
   }
 #endif
   // Nothing is too far to be reflected: depth only has to lie in front of the far plane, order is the fragments' business.
