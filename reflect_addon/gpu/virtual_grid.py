@@ -19,7 +19,7 @@ from .compute import ComputeInfo
 from .counts import Counts
 from .program import call_text, program
 from .virtual_draw import FRAME_STRUCT, STATUSES, TABLES
-from .virtual_scene import COLUMNS, VirtualScene
+from .virtual_scene import VirtualScene
 from .virtual_search import ARGUMENTS, Found, search_kernel
 from .virtual_tables import EMPTY, Nodes
 
@@ -30,11 +30,15 @@ LISTED, FEWEST = 8, 1024
 # Pixels that stand for any number, and a cell's before it is judged.
 UNBOUNDED, UNJUDGED = 1e30, -1.0
 _DEFINES = (
-    *TABLES, *STATUSES, ("CONVERGED", f"{virtual_status.CONVERGED:.1f}"), ("UNBOUNDED", f"{UNBOUNDED:.1e}"), ("UNJUDGED", f"({UNJUDGED:.1f})"),
+    *TABLES, *STATUSES, ("CONVERGED", f"{virtual_status.CONVERGED:.1f}"), ("UNBOUNDED", f"{UNBOUNDED:.1e}"),
+    ("UNJUDGED", f"({UNJUDGED:.1f})"),
     *((name, f"{getattr(virtual_follow, name):.3f}") for name in ("UNSEEN", "WIDE", "FALL")),
     ("NODE(texel)", "texelFetch(node_tx, texel, 0)"), ("NODE_START(texel)", "texelFetch(node_start_tx, texel, 0)"),
 )  # fmt: skip
-_KINDS = {"start_img": ("RGBA16F", "FLOAT_2D"), "apart_img": ("R32F", "FLOAT_2D"), "list_img": ("R32UI", "UINT_2D"), "count_img": ("R32UI", "UINT_2D")}
+# Formats and kinds of images; others are tables of four floats.
+_KINDS = {
+    "start_img": ("RGBA16F", "FLOAT_2D"), "apart_img": ("R32F", "FLOAT_2D"), "list_img": ("R32UI", "UINT_2D"), "count_img": ("R32UI", "UINT_2D"),
+}  # fmt: skip
 _ANY = ("RGBA32F", "FLOAT_2D")
 _POINTS = ("points_buf", "placing_buf", "cells_buf", "where_buf", "node_tx", "node_start_tx")
 _RULE = (("VEC4", "rule"),)
@@ -150,4 +154,4 @@ def _dispatch(shader, given: dict[str, object], ranges, place: int = 0):
         shader.store(name, given[name])
     for first, count in ranges:
         shader.set("range", (first, count, place, 0))
-        shader.dispatch(min(count, COLUMNS), -(-count // COLUMNS))
+        shader.dispatch(count)
