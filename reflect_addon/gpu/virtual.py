@@ -48,7 +48,7 @@ class Projector:
     def __init__(self, counts: Counts, textures):
         self.counts, self._textures = counts, textures
         self._scene: VirtualScene | None = None
-        self.tally: dict[str, int] | None = None  # status -> searches that ended so, while somebody counts
+        self.tally: dict[str, int] | None = None  # status -> vertices, while somebody counts
         self._made_of: tuple = ()
         self._mirrors: Mirrors | None = None
         self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
@@ -142,7 +142,7 @@ class Projector:
             self._drawing(asset, beside)
 
     def _count(self, ranges):
-        """Adds what the searches just said of the vertices in `ranges` to the tally."""
+        """Adds what was just found of the vertices in `ranges` to the tally."""
         said = read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel()
         said = np.concatenate([said[first : first + count] for first, count in ranges])
         for status, name in virtual_status.NAMES.items():

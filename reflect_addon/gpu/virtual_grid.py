@@ -64,7 +64,8 @@ class GridSearch:
         self._images = {sampler: textures.texture(name, asset.images[name]) for name, sampler in kernel.images.items()}
         lists, found = ("list_img", "count_img"), ("virtual_img", "place_img")
         searching = {
-            "samplers": (*_POINTS, *self._images), "uniforms": tuple(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone")),
+            "samplers": (*_POINTS, *self._images),
+            "uniforms": tuple(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone")),
             "generated": (("kernel", kernel.source), ("call", call_text(kernel, ARGUMENTS, "found_"))),
         }  # fmt: skip
         self.listed = self._program("listed", images=(*found, "start_img", *lists), **searching)
@@ -77,7 +78,8 @@ class GridSearch:
         self.corners = self._program("points", ("LISTS", "LEVELS", "NODES"), samplers=around, images=(*found, *lists))
         self.cells = self._program("cells", ("LISTS",), samplers=_POINTS, images=(*found, "apart_img", *lists), uniforms=_RULE)
         frame = ((FRAME_STRUCT, "ReflectVirtual", "frame"),)
-        self.apart = self._program("apart", samplers=("cells_buf", "node_tx", "node_start_tx"), images=("apart_img",), uniforms=_RULE, blocks=frame)
+        corners = ("cells_buf", "node_tx", "node_start_tx")
+        self.apart = self._program("apart", samplers=corners, images=("apart_img",), uniforms=_RULE, blocks=frame)
 
     def _program(self, name: str, switches: tuple[str, ...] = (), samplers=(), images=(), uniforms=(), **more):
         info = ComputeInfo(
@@ -97,8 +99,9 @@ class GridSearch:
         Unless they are to be counted, nothing is read back, and those searches are counted that are sure to be done."""
         textures = nodes.tables.textures
         given = {
-            "observer": observer, "seed": part.start, "block": part.block, "ball": part.ball, "cone": part.cone, **self._images, **textures,
-            "placing_buf": found.placing, "node_tx": textures["node_img"], "node_start_tx": nodes.start, "apart_tx": textures.get("apart_img"),
+            "observer": observer, "seed": part.start, "block": part.block, "ball": part.ball, "cone": part.cone,
+            "placing_buf": found.placing, "node_tx": textures["node_img"], "node_start_tx": nodes.start,
+            "apart_tx": textures.get("apart_img"), **self._images, **textures,
         }  # fmt: skip
         textures["count_img"].clear(format="UINT", value=(0, 0, 0, 0))
         axis, cosine = part.cone[:3], np.clip(part.cone[3], -1, 1)
@@ -126,7 +129,8 @@ class GridSearch:
         for level, (corners, cells) in enumerate(tables.levels):
             self._listed(self.corners, given, virtual_asked.runs(around, *corners), 2 * level)
             own = virtual_asked.runs(wanted, *cells)
-            judged = given | {"frame": seen.frame, "rule": (seen.width, seen.height, self.tolerance, float(level >= virtual_follow.SURE))}
+            rule = (seen.width, seen.height, self.tolerance, float(level >= virtual_follow.SURE))
+            judged = given | {"frame": seen.frame, "rule": rule}
             self._listed(self.cells, judged, own, 2 * level + 1)
             _dispatch(self.apart, judged, own)
 
@@ -134,7 +138,8 @@ class GridSearch:
         """A pass that makes a list, and the search of what is on it; place: of its count."""
         _dispatch(shader, given, ranges, place)
         points = sum(count for _, count in ranges)
-        _dispatch(self.listed, given, [(0, min(points, max(points // LISTED, FEWEST)))] if points else [], place)
+        threads = min(points, max(points // LISTED, FEWEST))
+        _dispatch(self.listed, given, [(0, threads)] if points else [], place)
 
 
 def _dispatch(shader, given: dict[str, object], ranges, place: int = 0):
