@@ -18,7 +18,7 @@ from .bench_estalella_grid import AWAY, FASTER, SHARES, TENTH, VISIBLE
 from .bench_estalella_scene import STEPS, Kitchen, kitchen
 from .bench_row import row
 
-TURNS, FRAMES = 5, 3
+TURNS, FRAMES = 5, 2
 CLEAR = (0.0, 0.0, 0.0, 0.0)
 
 

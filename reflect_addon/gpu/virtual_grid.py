@@ -2,11 +2,12 @@
 
 Problem. Every vertex of the scene is searched for every part of a reflector, however small that part is on the screen.
 Idea. By share of the vertices, as in the paper (core/virtual_grid.py): one pass searches the nodes, one interpolates the vertices. By a
-tolerance in pixels (core/virtual_octree.py): two passes a level before, as core/virtual_follow.py goes through its tables.
+tolerance in pixels (core/virtual_octree.py): before that, level by level, as core/virtual_follow.py goes through its tables.
 Vertices that their cell cannot speak for are put on a list, which is searched at last: they are few and lie scattered, and threads that
 run side by side take as long as the slowest. A cell of which no corner was found is given up, as octrees do (core/virtual_follow.py).
 Nodes are searched where a vertex around them may be shown (core/virtual_asked.py).
-Limits. Passes wait for each other, two a level. How many searches a frame had is known on the GPU alone.
+Limits. Passes wait for each other, five a level. How many searches a frame had is known on the GPU alone. In passes over levels a texture
+of nodes is read while others of its texels are written. Not faster for every scene, nor as exact: docs/decisions.md has what was measured.
 """
 
 from dataclasses import dataclass
@@ -25,7 +26,7 @@ from .virtual_tables import EMPTY, Nodes
 
 # A cone of normals is wider by this, rad, for nodes: around a vertex at the edge of what a part shows, they lie beyond.
 NODE_MARGIN = 0.3
-# Of so many points one is expected on a list; threads without work are not for nothing. As many as this are, whatever is expected.
+# Of so many points one is expected on a list, which has as many threads, and more turns where it is longer; so many at least.
 LISTED, FEWEST = 8, 1024
 # Pixels that stand for any number, and a cell's before it is judged.
 UNBOUNDED, UNJUDGED = 1e30, -1.0
