@@ -246,11 +246,13 @@ MAP_ERROR = (4e-3, 4e-3)
 GRID_STATUS_GPU, GRID_PIXELS_GPU = 0.995, 5e-2
 # ... and the counts of searches, besides those for what shares a block with what is shown: the same roundings.
 GRID_SEARCHES_GPU = 0.02
-# Share of the drawn pixels that show another place than with all vertices searched (0.04 measured): edges of triangles, off by a share
-# of a pixel each; and of reflector pixels where Embree finds something and nothing is drawn: a torus of 2000 vertices has 200 nodes.
-GRID_DRAWN, GRID_MISSED = 0.06, 0.04
-# ... and percentile of pixels whose place is the ray's own: others are beside an edge, within a pixel (95 without a grid).
-GRID_EXACT = 90
+# Share of the drawn pixels that show another place than with all vertices searched (0.04 measured to a quarter of a pixel; 0.24 by share,
+# where a torus of 2000 vertices has 200 nodes): edges of triangles, beside which a pixel shows what is next to it ...
+GRID_DRAWN = {"levels": 0.06, "share": 0.3}
+# ... of the reflector pixels where Embree finds something and nothing is drawn (0.03 measured by share) ...
+GRID_MISSED = 0.04
+# ... and the 95th percentile of places, over the scene's diagonal (1e-3 measured by share, 1e-4 in levels).
+GRID_PLACE = 2e-3
 # core/virtual_grid.py. Nodes against the share asked for: whole cells, as near to cubes as may be, so counts come in steps of about
 # a layer of cells (0.09 measured).
 GRID_SHARE = 0.3

@@ -112,10 +112,12 @@ class GpuBackend(_Backend):
         found = Answer(frame.radiance[mask], frame.coverage[mask], frame.position[mask], frame.status[mask])
         drawn, sky = found.status == STATUS_HIT, np.abs(found.position).max(-1, initial=0) > FAR / 2
         shares = (100 * part.mean() for part in (drawn, sky & ~drawn, ~sky & ~drawn))
-        searches = ", ".join(f"{count:,} {name}" for name, count in self._renderer.virtual_statuses(self.camera).items())
+        before = self._renderer.counts()["searches"]
+        said = ", ".join(f"{count:,} {name}" for name, count in self._renderer.virtual_statuses(self.camera).items())
+        searches = self._renderer.counts()["searches"] - before
         self.notes = (
             "Of the pixels {:.1f} % show virtual objects, {:.1f} % the sky, {:.1f} % fell back on distance maps.".format(*shares),
-            f"Searches: {searches or 'none'}.",
+            f"Vertices: {said or 'none'}; {searches:,} searches.",
         )
         return found
 

@@ -18,7 +18,7 @@ from .bench_estalella_grid import AWAY, FASTER, SHARES, TENTH, VISIBLE
 from .bench_estalella_scene import STEPS, Kitchen, kitchen
 from .bench_row import row
 
-TURNS = 3
+TURNS, FRAMES = 5, 2
 CLEAR = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -41,6 +41,7 @@ class _Device:
         self.part = virtual_objects.TablePart(
             fixed["block"], scene.space.center, 1.0 / scene.space.units_per_metre, fixed["ball"], fixed["cone"], np.zeros(4)
         )
+        self._texel = image(1, "R32F", self.counts)
         self.shown, self.ranges = np.ones(len(names), bool), [(0, len(scene.positions))]
 
     def _asset(self, name: str, tolerance: float) -> Asset:
@@ -87,21 +88,13 @@ class _Device:
         """(virtual (V, 4) homogeneous, status (V,), searched (V,) bool) of the last run."""
         from ..gpu.upload import read_texture
 
-        held, place = (
-            read_texture(texture, self.counts).reshape(-1, 4)[: len(self.kitchen.positions)] for texture in (self.found.virtual, self.found.place)
-        )
+        count, textures = len(self.kitchen.positions), (self.found.virtual, self.found.place)
+        held, place = (read_texture(texture, self.counts).reshape(-1, 4)[:count] for texture in textures)
         return np.column_stack([held[:, :3], np.ones(len(held))]).astype(np.float64), held[:, 3], place[:, 3] > 0.5
 
     def finish(self):
         """Waits for all that was submitted: the processor needs a texel of it."""
-        self._texel = getattr(self, "_texel", None) or self._one()
         self._texel.read()
-
-    @staticmethod
-    def _one():
-        from ..gpu.device import ensure
-
-        return ensure().types.GPUTexture((1, 1), format="R32F")
 
 
 def measure(progress) -> list[dict]:
@@ -123,7 +116,7 @@ def _faster(device: _Device) -> dict:
         for cold in (True, False):
             grids = [device.grid(name, share, cold=cold) for share in SHARES]
             works = [Work(submit, device.finish) for submit in (device.full(name, cold), *grids)]
-            times = time_in_turns(works, TURNS, 1, processor_clock())
+            times = time_in_turns(works, TURNS, FRAMES, processor_clock())
             ratios[name, cold] = [1.0 / max(times.ratio(1 + n, 0) or 0.0, 1e-6) for n in range(len(SHARES))]
             full_ms[name, cold] = times.median(0)
             searches = [submit(True) for submit in grids]

@@ -343,7 +343,8 @@ class Renderer:
         )
 
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
-        """Searches of a frame by how they ended (core/virtual_status.py); what reflectors cannot show is not searched."""
+        """Vertices of a frame by what is known of them (core/virtual_status.py), searched or interpolated, of what reflectors may show;
+        `counts` has all searches of this frame."""
         self._projector.tally = found = {}
         try:
             self.answer(camera, positions=False)

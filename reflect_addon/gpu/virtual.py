@@ -50,7 +50,7 @@ class Projector:
     def __init__(self, counts: Counts, textures):
         self.counts, self._textures = counts, textures
         self._scene: VirtualScene | None = None
-        self.tally: dict[str, int] | None = None  # status -> searches that ended so, while somebody counts
+        self.tally: dict[str, int] | None = None  # status -> vertices, while somebody counts
         self._made_of: tuple = ()
         self._mirrors: Mirrors | None = None
         self._lamps: Lamps | None = None
@@ -64,6 +64,7 @@ class Projector:
         self._snapshot, self._places = snapshot, None
         wanted = [a for a in assets if a.kind == virtual_objects.NAME]
         self._searches = {id(a): self._searches[id(a)] for a in wanted if id(a) in self._searches}
+        self._grids = {share: tables for share, tables in self._grids.items() if share in map(_grid_of, wanted)}
         named = snapshot.named()
         shapes = tuple((p.instance, snapshot.meshes[named[p.instance].mesh].key) for p in surfaces.parts if p.instance in named) if surfaces else ()
         made_of = (id(surfaces), shapes) if wanted and surfaces is not None else ()
@@ -153,7 +154,7 @@ class Projector:
             self._lamps.prepare(beside)
 
     def _count(self, ranges):
-        """Adds what the searches just said of the vertices in `ranges` to the tally."""
+        """Adds what was just found of the vertices in `ranges` to the tally."""
         said = read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel()
         said = np.concatenate([said[first : first + count] for first, count in ranges])
         for status, name in virtual_status.NAMES.items():
@@ -171,13 +172,13 @@ class Projector:
 
     def _search(self, asset: Asset) -> tuple[Search | GridSearch, tuple]:
         if id(asset) not in self._searches:
-            kind = GridSearch if asset.options["grid_tolerance"] > 0 or asset.options["grid_share"] > 0 else Search
+            kind = Search if _grid_of(asset) is None else GridSearch
             self._searches[id(asset)] = (asset, kind(asset, self._textures, self.counts), virtual_objects.parts_in(asset))
         return self._searches[id(asset)][1:]
 
     def _grid(self, asset: Asset) -> GridTables:
-        """Made when the first asset asks for it, of its share of the vertices, or in levels for any tolerance."""
-        share = 0.0 if asset.options["grid_tolerance"] > 0 else float(asset.options["grid_share"])
+        """Made when the first asset asks for it."""
+        share = _grid_of(asset)
         if share not in self._grids:
             self._grids[share] = GridTables(self.scene.mesh, share, self.counts)
         return self._grids[share]
@@ -200,6 +201,12 @@ class Projector:
             start = image(len(self.scene.mesh.positions), "RGBA16F", self.counts)
             self._parts[key] = _Part(Found(self.scene.virtual_img, self.scene.place_img, start))
         return self._parts[key]
+
+
+def _grid_of(asset: Asset) -> float | None:
+    """The share of the vertices that an asset's grid has nodes for, 0 in levels; None without one, as assets from before there were any."""
+    share, tolerance = (float(asset.options.get(name, 0.0)) for name in ("grid_share", "grid_tolerance"))
+    return 0.0 if tolerance > 0 else share or None
 
 
 def _baked(asset: Asset) -> np.ndarray:

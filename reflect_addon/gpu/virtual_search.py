@@ -15,7 +15,7 @@ from .counts import Counts
 from .program import call_text, program
 from .upload import texture_from
 from .virtual_draw import STATUSES, TABLES
-from .virtual_scene import COLUMNS, VirtualScene
+from .virtual_scene import VirtualScene
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
 _WANTED = ("virtual", "direction", "status")
@@ -71,7 +71,7 @@ class Search:
             shader.store(name, texture)
         for first, count in ranges:
             shader.set("range", (first, count))
-            shader.dispatch(COLUMNS, -(-count // COLUMNS))
+            shader.dispatch(count)
             self.counts.searches += count
 
 

@@ -130,11 +130,12 @@ def checked(renderer, scene):
     seen = Seen(renderer, scene)
     both = seen.drawn & seen.truth.hit
     assert both.mean() > 0.2 and seen.missed < tolerances.GRID_MISSED and seen.false < tolerances.VIRTUAL_FALSE
-    assert np.percentile(seen.off[both], tolerances.GRID_EXACT) < tolerances.VIRTUAL_PLACE
+    near, far = np.percentile(seen.off[both], [75, 95])
+    assert near < tolerances.VIRTUAL_PLACE and far < tolerances.GRID_PLACE
     assert np.isfinite(seen.radiance).all() and np.isfinite(seen.position).all()
 
 
-def test_a_grid_shows_what_searching_all_vertices_shows(drawn, ball_baked):
+def test_a_grid_shows_what_searching_all_vertices_shows(drawn, ball_baked, way):
     checked(drawn, SCENE)
     renderer = renderer_of(ball_baked)
     full, ours = (r.answer(CAMERA) for r in (renderer, drawn))
@@ -142,7 +143,7 @@ def test_a_grid_shows_what_searching_all_vertices_shows(drawn, ball_baked):
     seen = (full.status == STATUS_HIT) | (ours.status == STATUS_HIT)
     off = np.linalg.norm(full.position - ours.position, axis=-1) / SCENE.diagonal()
     same = (full.status == ours.status) & (off < tolerances.VIRTUAL_PLACE)
-    assert (~same[seen]).mean() < tolerances.GRID_DRAWN
+    assert (~same[seen]).mean() < tolerances.GRID_DRAWN[way]
 
 
 def test_a_smaller_reflection_costs_less(device, ball_baked):

@@ -5,7 +5,8 @@ Idea. Of every vertex of the scene the reflection point R on the reflector is se
 and normals (4.1 reflector_map.py, 4.2 and 4.3 reflection_search.py). Mirrored about the tangent plane at R it is a virtual vertex,
 behind the reflector on the line of sight, and the virtual triangles are drawn like any others (3; gpu/virtual.py).
   * The maps know nothing of eye and scene: what moves rigidly, reflector, objects or eye, needs no bake.
-  * Searches are done for the nodes of a grid around each mesh, vertices are interpolated (5, virtual_grid.py).
+  * Searches are done for the nodes of a grid around each mesh where that is asked for, vertices are interpolated (5, virtual_grid.py;
+    option `grid_share` as in the paper, `grid_tolerance` in levels).
   * Vertices behind the reflector are placed by the inverse search, so that triangles end at its silhouette (6.1).
   * Reflectors fall into parts that are convex or concave, each with its own map (6.2, reflector_parts.py).
 Where we depart. A second-order search that ends on its residual (option `paper`: theirs). Triangles that are wide as seen from the
