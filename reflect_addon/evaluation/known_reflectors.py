@@ -18,7 +18,7 @@ import numpy as np
 
 from ..core import reflection_search
 from ..core.kernel import evaluate, record_function
-from ..core.reflector_map import IMAGES, ReflectorMap, Surface, atlas, build
+from ..core.reflector_map import IMAGES, ReflectorMap, Surface, atlas, build, look
 
 # Halvings of a step, and steps, after which a way is as short as float64 can tell.
 HALVINGS, STEPS = 12, 60
@@ -230,12 +230,14 @@ def search(kernel, made: ReflectorMap, eye, vertex, start=None, mirror=1.0, step
 
 @cache
 def first_search(way: Callable) -> Callable:
-    """Kernel of reflection_search.descend or .follow alone, without what comes after it for hidden vertices."""
+    """Kernel of reflection_search.descend or .follow alone, without what comes after it for hidden vertices; the place that it ended
+    at is looked up once more, which `evaluations` leaves out."""
 
     def kernel(k, scope, observer, vertex, start, block, ball, cone):
         begin = reflection_search.begin_at(k, observer, vertex, start)
         direction, residual, evaluations, *_ = way(k, scope, observer, vertex, block, begin)
-        return {"direction": direction, "residual": residual, "evaluations": evaluations}
+        here = look(k, scope, block, direction, False)
+        return {"point": here.point, "normal": k.normalize(here.normal), "residual": residual, "evaluations": evaluations}
 
     return kernel
 
