@@ -29,7 +29,7 @@ VISIBLE = 0.5  # px, target E3
 SLOPE = 0.15  # a power of 1 may be off by so much
 AWAY = (0.5, 1, 2, 4, 8, 16)  # distances of the eye, over the camera's own
 ZOOM = 7.0  # the kettle across the picture, seen from the same place
-TURNS = 5  # times that all vertices are searched, each batch beside the grid's frame
+TURNS = 3  # times that all vertices are searched, each batch beside the grid's frame
 
 
 def measure(progress) -> list[dict]:
