@@ -30,6 +30,8 @@ from .pictures import placed
 from .stability_scene import grid, torus
 
 SIZE, PATHS = (200, 150), 32  # px; Cycles' paths a ray
+# Over the defaults: a room for four shapes in minutes, and shades that are as noisy as the pictures' own.
+BAKE = {"samples": 4, "surface_samples": 4, "surface_angle": 0.06, "surface_levels": 7}
 ELSEWHERE = 0.01
 TILT = 0.9  # rad towards the camera, of what has an inside
 BENT = 2  # subdivisions of the Suzanne
@@ -108,7 +110,7 @@ def seen(name: str, vertices: np.ndarray, faces: list, size: tuple[int, int] = S
     """One reflector, baked and drawn, beside its truth."""
     scene, camera = with_mirror(name, vertices, faces)
     with temporary_folder("reflect-bench-") as folder, open_frame(scene, None) as snapshot:
-        bake_assets(snapshot, (virtual_objects.NAME,), folder, tracer=partial(trace, scene=scene))
+        bake_assets(snapshot, (virtual_objects.NAME,), folder, settings=BAKE, tracer=partial(trace, scene=scene))
         baked = baked_in(folder, snapshot, virtual_objects.NAME)
         judged = judge(scene, snapshot, size, folder, camera.name, paths, "gpu", lambda share, text: None)
         with drawing(snapshot, baked) as renderer:

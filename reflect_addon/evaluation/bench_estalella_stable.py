@@ -4,7 +4,8 @@ Searches: in every piece of the reflector, by both methods, of all vertices arou
 surface, in the eye, in the map's centre, on the line from the eye through it, at infinity; from the eye, from a point of the surface and
 from infinity. What is asked is that they end: no more look-ups than the loops allow, every number finite, whatever the status.
 Drawn: small pictures from before the reflector, from just above its surface and from infinity. Every number is finite, and what is
-said to be a surface's point is on some surface, within WRONG of its distance from the reflector.
+said to be a surface's point is on some surface, within WRONG of its distance from the reflector and the width of its pixel there:
+fragments fill cracks between triangles that the pixel's own ray passes by less than that (core/methods/virtual_objects.py).
 """
 
 from dataclasses import dataclass, field
@@ -114,21 +115,24 @@ def _draw(case: Case, surfaces: Surfaces, assets: dict, lit: Asset, out: Stable)
 
     renderer = Renderer(case.scene, assets, surfaces=lit)
     for camera in case.cameras:
-        mask, answer = renderer.ray_map(camera).covered(), renderer.answer(camera)
+        seen, answer = renderer.ray_map(camera), renderer.answer(camera)
+        mask = seen.covered()
         finite = np.isfinite(answer.radiance).all(-1) & np.isfinite(answer.position).all(-1) & np.isfinite(answer.coverage) & np.isfinite(answer.status)
         drawn = mask & (answer.status == STATUS_HIT) & finite
         out.pixels += int(mask.sum())
         out.drawn += int(drawn.sum())
         out.bad_pixels += int((~finite).sum())
-        out.wrong += int((~on_surfaces(case, surfaces, answer.position[drawn])).sum())
+        away = np.linalg.norm(answer.position[drawn].astype(np.float64) - seen.origin[drawn], axis=-1)
+        width = seen.width[drawn] + seen.spread[drawn] * away
+        out.wrong += int((~on_surfaces(case, surfaces, answer.position[drawn], width)).sum())
     renderer.free()
 
 
-def on_surfaces(case: Case, surfaces: Surfaces, points: np.ndarray) -> np.ndarray:
-    """(N,) bool: points (N, 3) that are on some surface of the scene."""
+def on_surfaces(case: Case, surfaces: Surfaces, points: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """(N,) bool: points (N, 3) that are on some surface of the scene; width (N,): of their pixels there, m."""
     points = points.astype(np.float64)
     middle = case.scene.world_positions(case.scene.instances[0]).mean(0)
-    allowed = WRONG * (np.linalg.norm(points - middle, axis=1) + case.size)
+    allowed = WRONG * (np.linalg.norm(points - middle, axis=1) + case.size) + width
     good = np.abs(points).max(-1, initial=0) < FAR / 2
     near = np.zeros(len(points), bool)
     for instance in case.scene.instances:

@@ -137,7 +137,8 @@ def frame_of(space: MapSpace, camera: Camera, reflector: int) -> np.ndarray:
     turn[:3, :3] = space.map_from_world
     data[16:32] = turn.T.ravel()
     data[32:35], data[35] = space.center, reflector
-    data[36:38] = space.units_per_metre, NEAREST / space.units_per_metre
+    # An orthographic camera's clip space has no metres.
+    data[36:38] = space.units_per_metre, NEAREST if camera.is_orthographic else NEAREST / space.units_per_metre
     return data
 
 
