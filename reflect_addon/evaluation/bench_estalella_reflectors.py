@@ -77,7 +77,7 @@ def bowl(steps: int = 32) -> tuple[np.ndarray, list]:
 
 def ring() -> tuple[np.ndarray, list]:
     points, faces = torus(1.0, 0.38, steps=36)
-    return tilted(points[:, [0, 2, 1]] * (1, -1, 1)), _clean(points, faces)
+    return tilted(points[:, [0, 2, 1]] * (1, -1, 1)), _clean(points, faces[:, ::-1])
 
 
 def suzanne() -> tuple[np.ndarray, list]:

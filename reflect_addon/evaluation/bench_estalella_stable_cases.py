@@ -117,7 +117,7 @@ def bevelled(bevel: float, steps: int = 4) -> Shape:
             core = np.clip(made, -flat, flat)
             off = made - core
             points.append(core + bevel * off / np.linalg.norm(off, axis=-1, keepdims=True))
-            faces.append((found if side > 0 else found[:, ::-1]) + first)
+            faces.append((found if side < 0 else found[:, ::-1]) + first)
             first += len(made)
     points = np.concatenate(points)
     _, one, where = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)

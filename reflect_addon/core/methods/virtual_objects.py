@@ -171,10 +171,10 @@ def piece_rows(part, block, both: bool, positions, triangles, normals) -> list[t
             row[CENTER] = *part.center, part.size
             row[BALL] = *center, np.linalg.norm(points - center, axis=1).max()
             row[CONE] = *axis, np.cos(min(np.arccos(np.clip((turned[piece] @ axis).min(), -1, 1)) + MARGIN, np.pi))
-            # Seen from before a mirror, half way between eye and vertex is away from it.
+            # Half way between eye and vertex is away from a mirror that faces its centre, and what closes its map there hides nothing.
             if not one_root or side * (turned[piece].mean(1) * middle[piece]).sum() < 0:
                 nearest = ((mean[piece] - axis) ** 2).sum(-1) + ((middle[piece] - center) ** 2).sum(-1)
-                row[START] = *middle[piece][nearest.argmin()], 1.0 if one_root else 2.0
+                row[START] = *middle[piece][nearest.argmin()], 2.0
             rows.append((float(area[piece].sum()), row))
     return rows
 
