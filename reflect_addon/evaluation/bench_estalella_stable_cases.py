@@ -35,13 +35,15 @@ class Case:
 
 def cases() -> tuple[Case, ...]:
     """All of them; none needs a file."""
-    round_one = ball(0.5, rings=24)
+    round_one, hole = _turned(ball(0.5, rings=24)), _turned(torus(0.36, 0.14, steps=24))
     return (
         *(_case(f"ball, a unit is {size:g} m", round_one, size) for size in SCALES),
         _case("ellipsoid 50:1", _stretched(round_one, (1, 1 / 50, 1 / 50))),
         _case("ellipsoid 1:50", _stretched(round_one, (1, 1, 1 / 50))),
         _case(f"cube with a {BEVEL:.0%} bevel", bevelled(BEVEL)),
-        _case("torus", torus(0.36, 0.14, steps=24)),
+        _case("torus", hole),
+        _case("ball turned inside out", _turned(round_one)),
+        _case("torus turned inside out", _turned(hole)),
         _case("flat square", _square()),
         _case("every triangle thrice, and some without area", broken(round_one)),
         _case("three sheets at one edge", _sheets()),
@@ -126,6 +128,11 @@ def bevelled(bevel: float, steps: int = 4) -> Shape:
 
 def _stretched(shape: Shape, by) -> Shape:
     return shape[0] * np.asarray(by), shape[1]
+
+
+def _turned(shape: Shape) -> Shape:
+    """The same with its other side out."""
+    return shape[0], shape[1][:, ::-1]
 
 
 def _square() -> Shape:

@@ -106,6 +106,11 @@ def test_every_case_has_a_reflector_and_eyes_before_it():
         assert all(np.isfinite(c.clip_from_world()).all() for c in case.cameras)
 
 
+def test_what_is_round_is_turned_outwards():
+    for name in ("ball, a unit is 1 m", "ellipsoid 50:1", "torus", "ball turned inside out", "torus turned inside out"):
+        assert (trimesh.Trimesh(*case_of(name).reflector).volume > 0) != name.endswith("inside out"), name
+
+
 def case_of(name):
     return next(case for case in stable_cases.cases() if case.name == name)
 
