@@ -20,7 +20,7 @@ from ..core.kernel import evaluate, record_function
 from ..core.map_space import MapSpace
 from ..core.methods import layered_distance, virtual_objects
 from ..core.reflector_map import IMAGES
-from ..core.spaces import FAR, STATUS_HIT
+from ..core.spaces import STATUS_HIT
 from .bench_estalella_stable_cases import Case, cases
 from .bench_row import row
 from .exhibit import Exhibit
@@ -133,10 +133,9 @@ def on_surfaces(case: Case, surfaces: Surfaces, points: np.ndarray, width: np.nd
     points = points.astype(np.float64)
     middle = case.scene.world_positions(case.scene.instances[0]).mean(0)
     allowed = WRONG * (np.linalg.norm(points - middle, axis=1) + case.size) + width
-    good = np.abs(points).max(-1, initial=0) < FAR / 2
     near = np.zeros(len(points), bool)
     for instance in case.scene.instances:
-        left = np.flatnonzero(good & ~near)
+        left = np.flatnonzero(~near)
         near[left] = surfaces.distance(instance, points[left]) <= allowed[left]
     return near
 

@@ -56,16 +56,16 @@ def curves(series: dict[str, list[tuple[float, float]]], x_label: str, y_label: 
     if not kept:
         return f"<p class='none'>Nothing was measured for {escape(y_label)} against {escape(x_label)}.</p>"
     out, sx, sy = _axes(*zip(*(p for points in kept.values() for p in points), strict=True), x_label, y_label)
-    taken: list[float] = []
+    taken: list[tuple[float, float]] = []
     for number, (name, points) in enumerate(kept.items()):
         path = "L".join(f"{sx(x):.1f} {sy(y):.1f}" for x, y in points)
         out.append(f"<path class='curve l{number % 6}' d='M{path}'/>")
         out += [f"<circle class='dot s{number % 6}' cx='{sx(x):.1f}' cy='{sy(y):.1f}' r='3'><title>{x:.4g}, {y:.4g}</title></circle>" for x, y in points]
-        at = sy(points[-1][1]) - 8
-        while any(abs(at - other) < 13 for other in taken):  # labels never lie on each other
+        x, at = sx(points[-1][0]), sy(points[-1][1]) - 8
+        while any(abs(at - y) < 13 and abs(x - other) < LETTER * len(name) for other, y in taken):  # labels never lie on each other
             at -= 13
-        taken.append(at)
-        out.append(f"<text class='name' x='{sx(points[-1][0]):.1f}' y='{at:.1f}' text-anchor='end'>{escape(name)}</text>")
+        taken.append((x, at))
+        out.append(f"<text class='name' x='{x:.1f}' y='{at:.1f}' text-anchor='end'>{escape(name)}</text>")
     return "".join(out) + "</svg>"
 
 
