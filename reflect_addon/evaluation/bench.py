@@ -68,7 +68,10 @@ def _targets(papers: list[str], out: Path, progress) -> list[Path]:
             return progress((number + share) / len(parts), what)
 
         for one in measure(tell):
-            exhibits.append(one) if isinstance(one, exhibit.Exhibit) else rows.append(Target(**one))
+            if isinstance(one, exhibit.Exhibit):
+                exhibits.append(one)
+            else:
+                rows.append(Target(**one))
     path = out / FILE_NAME
     data = {"format": FORMAT, "rows": [asdict(row) for row in rows]}
     write_whole(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())

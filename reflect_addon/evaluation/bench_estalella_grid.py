@@ -115,13 +115,13 @@ def _faster(scene: Kitchen, full, runs) -> list[dict]:
     def told(key, name, form):
         return ", ".join(format(getattr(runs[share][name], key), form) for share in SHARES)
 
-    slow = [f"{one.between / (one.nodes + one.between):.1%}" for one in midpoint]
+    between = ", ".join(f"{one.between / (one.nodes + one.between):.1%}" for one in midpoint)
 
     how = (
         f"{len(scene.positions)} vertices, searched as published in {STEPS['midpoint']} steps (95 % of residuals below "
         f"{residual['midpoint']:.1e}; newton {residual['newton']:.1e}); nodes {told('node_share', 'midpoint', '.1%')} of them. Medians of "
-        f"{TURNS} turns; of the grid's time interpolation is {', '.join(slow)}. Look-ups of all vertices over the nodes' {told('work', 'midpoint', '.1f')}. "
-        f"With what a grid cannot say ({told('rest_share', 'midpoint', '.1%')} of the vertices) searched too: {told('whole', 'midpoint', '.1f')}. "
+        f"{TURNS} turns; of the grid's time interpolation is {between}. Look-ups of all vertices over the nodes' "
+        f"{told('work', 'midpoint', '.1f')}. With what a grid cannot say ({told('rest_share', 'midpoint', '.1%')} of the vertices) searched too: {told('whole', 'midpoint', '.1f')}. "
         f"Newton {told('ratio', 'newton', '.1f')}, with those {told('whole', 'newton', '.1f')}"
     )
     ratios = [one.ratio for one in midpoint]

@@ -2,8 +2,9 @@
 
 Each stands in `columns` where the mirror ball does and is baked like any other: nobody says where it is cut. Told are the pieces that it
 falls into, what is in none of them, what its pixels show and how its searches ended. Of the pixels that show virtual objects, those are
-`elsewhere` whose surface point is farther than ELSEWHERE of the scene's diagonal from where Cycles' ray ends. The pictures are for the
-eye: a triangle that is torn is a patch of wrong colour with straight edges in the difference.
+`elsewhere` whose surface point is farther than ELSEWHERE of the scene's diagonal from where Cycles' ray ends; a part of them should show
+the reflector itself. The pictures are for the eye: a triangle that is torn is a patch of wrong colour with straight edges in the
+difference.
 """
 
 from dataclasses import dataclass
@@ -50,6 +51,7 @@ class Seen:
     sky: float
     fell_back: float
     elsewhere: float  # of those that are drawn
+    itself: float  # of those that are elsewhere: rays that meet the reflector again
     searches: dict[str, int]
     rmse: float
     pictures: tuple[tuple[str, np.ndarray], ...] = ()
@@ -120,14 +122,19 @@ def seen(name: str, vertices: np.ndarray, faces: list, size: tuple[int, int] = S
     drawn = frame.status[mask] == STATUS_HIT
     sky = ~drawn & (np.abs(position).max(-1, initial=0) > FAR / 2)
     off = np.linalg.norm(position.astype(np.float64) - truth.position, axis=1) > ELSEWHERE * judged.diagonal
+    again = np.array([*truth.object_names, ""])[truth.object] == BALL
     parts = virtual_objects.parts_in(asset)
     picture = judged.look.apply(placed(judged.truth.frame, mask, radiance))
     pictures = (("truth", judged.truth_picture), ("virtual objects", picture), ("difference", difference_map(picture, judged.truth_picture, mask)))
     return Seen(
         name, len(parts), len({tuple(part.block[:2]) for part in parts}), float(asset.uniforms["left_out"]), int(mask.sum()),
-        float(drawn.mean()), float(sky.mean()), float((~drawn & ~sky).mean()), float(off[drawn].mean()) if drawn.any() else 0.0, searches,
+        float(drawn.mean()), float(sky.mean()), float((~drawn & ~sky).mean()), _share(off, drawn), _share(again, drawn & off), searches,
         metrics.rmse(radiance, truth.radiance), tuple((f"{name}: {caption}", image) for caption, image in pictures),
     )  # fmt: skip
+
+
+def _share(of: np.ndarray, chosen: np.ndarray) -> float:
+    return float(of[chosen].mean()) if chosen.any() else 0.0
 
 
 def _row(found: list[Seen]) -> dict:
@@ -141,11 +148,11 @@ def _row(found: list[Seen]) -> dict:
 
 def _shown(found: list[Seen]) -> Exhibit:
     names = list(dict.fromkeys(status for one in found for status in one.searches))
-    heads = ("reflector", "maps", "pieces", "in none", "pixels", "drawn", "sky", "fell back", "elsewhere", "RMSE", *(f"searches: {n}" for n in names))
+    heads = ("reflector", "maps", "pieces", "in none", "pixels", "drawn", "sky", "fell back", "elsewhere", "of these, itself", "RMSE", *(f"searches: {n}" for n in names))
     rows = tuple(
         (
             one.name, str(one.maps), str(one.pieces), f"{one.left_out:.1%}", f"{one.pixels:,}",
-            *(f"{share:.1%}" for share in (one.drawn, one.sky, one.fell_back, one.elsewhere)), f"{one.rmse:.3f}",
+            *(f"{share:.1%}" for share in (one.drawn, one.sky, one.fell_back, one.elsewhere, one.itself)), f"{one.rmse:.3f}",
             *(f"{one.searches.get(n, 0):,}" for n in names),
         )
         for one in found
@@ -153,7 +160,7 @@ def _shown(found: list[Seen]) -> Exhibit:
     return Exhibit(
         "Reflectors that are not convex",
         "In columns, where the mirror ball stands, cut into pieces by themselves. `in none`: share of the surface that no piece has. Pixels show "
-        f"virtual objects (`drawn`), the sky, or what distance maps say (`fell back`); `elsewhere`: of the drawn, farther than {ELSEWHERE:.0%} of the "
-        "scene from where Cycles' ray ends.",
+        f"virtual objects (`drawn`), the sky, or what distance maps say (`fell back`); `elsewhere`: of the drawn, farther than {ELSEWHERE:.0%} of "
+        "the scene from where Cycles' ray ends; `itself`: of these, rays that meet the reflector again.",
         heads, rows, tuple(picture for one in found for picture in one.pictures),
     )  # fmt: skip

@@ -117,7 +117,8 @@ def _draw(case: Case, surfaces: Surfaces, assets: dict, lit: Asset, out: Stable)
     for camera in case.cameras:
         seen, answer = renderer.ray_map(camera), renderer.answer(camera)
         mask = seen.covered()
-        finite = np.isfinite(answer.radiance).all(-1) & np.isfinite(answer.position).all(-1) & np.isfinite(answer.coverage) & np.isfinite(answer.status)
+        values = np.concatenate([answer.radiance, answer.position, answer.coverage[..., None], answer.status[..., None]], -1)
+        finite = np.isfinite(values).all(-1)
         drawn = mask & (answer.status == STATUS_HIT) & finite
         out.pixels += int(mask.sum())
         out.drawn += int(drawn.sum())
@@ -158,10 +159,14 @@ def _shown(found: list[Stable]) -> Exhibit:
         "case", "searches", *(f"{method}: {what}" for method in STEPS for what in (*(f"{n} %" for n in names), "most look-ups")), "not finite",
         "pixels", "virtual objects %", "pixels not finite", "on no surface",
     )  # fmt: skip
+
+    def searched(one: Stable, method: str) -> list[str]:
+        shares = one.statuses.get(method)
+        return [*(f"{100 * shares[name]:.1f}" if shares else "-" for name in names), str(one.most.get(method, 0))]
+
     rows = tuple(
         (
-            one.name, f"{one.searches:,}",
-            *(text for m in STEPS for text in (*(f"{100 * one.statuses[m][n]:.1f}" if m in one.statuses else "-" for n in names), str(one.most.get(m, 0)))), str(one.nonfinite),
+            one.name, f"{one.searches:,}", *searched(one, "newton"), *searched(one, "midpoint"), str(one.nonfinite),
             f"{one.pixels:,}", f"{100 * one.drawn / max(one.pixels, 1):.1f}", str(one.bad_pixels), str(one.wrong),
         )
         for one in found

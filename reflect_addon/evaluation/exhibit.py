@@ -52,7 +52,8 @@ def write(exhibits: list[Exhibit], out: Path) -> Path | None:
             else:
                 write_png(Path(out) / name, picture)
             files.append([caption, name])
-        data.append({"title": exhibit.title, "lead": exhibit.lead, "heads": list(exhibit.heads), "rows": [*map(list, exhibit.rows)], "pictures": files})
+        texts = {name: getattr(exhibit, name) for name in TEXTS}
+        data.append({**texts, "heads": list(exhibit.heads), "rows": [*map(list, exhibit.rows)], "pictures": files})
     write_whole(path, (json.dumps({"format": FORMAT, "exhibits": data}, indent=1) + "\n").encode())
     return path
 
