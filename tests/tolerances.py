@@ -278,3 +278,6 @@ GRID_JUMP = 0.05
 GRID_SADDLE = 3.0
 # core/virtual_mesh.py: how much more than by the second derivative an edge bends that is 0.2 rad wide (1.02 measured).
 CHORD_HIGHER_ORDERS = 1.05
+# Share of a small picture's pixels that show virtual objects, largest difference between scales: float32 decides differently at a
+# silhouette's pixels (5e-3 measured where a wall is a million units off).
+SCALE_DRAWN = 0.02

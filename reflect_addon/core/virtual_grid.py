@@ -16,6 +16,7 @@ mesh has no extent both ends of a cell are one node.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -41,6 +42,17 @@ class Grid:
     cell_nodes: np.ndarray  # (C, 8) int32; bit a of the corner's number: the upper end of axis a
     vertex_cell: np.ndarray  # (V,) int32
     vertex_where: np.ndarray  # (V, 3) float32, 0 to 1 across the cell
+
+    # What no frame changes is worked out once: it took more of a frame than the sums.
+    @cached_property
+    def vertex_nodes(self) -> np.ndarray:
+        """(V, 8) nodes around each vertex."""
+        return self.cell_nodes[self.vertex_cell].astype(np.intp)
+
+    @cached_property
+    def vertex_weights(self) -> np.ndarray:
+        """(V, 8) float32 what each of them counts."""
+        return weights(self.vertex_where)
 
 
 @dataclass(frozen=True)
@@ -139,12 +151,20 @@ def _resolution(box: Boxes, share: float) -> np.ndarray:
     return best
 
 
-def trilinear(corner: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """(V, K) of the values (V, 8, K) at the corners of each one's cell; where: (V, 3)."""
+def weights(where: np.ndarray) -> np.ndarray:
+    """(V, 8) what the corners of each one's cell count; where: (V, 3)."""
     lower = 1 - where
     x, y, z = (np.stack([lower[:, axis], where[:, axis]], 1) for axis in range(3))
-    weight = (z[:, :, None, None] * y[:, None, :, None] * x[:, None, None, :]).reshape(-1, 1, 8)
-    return np.matmul(weight, corner)[:, 0]
+    return (z[:, :, None, None] * y[:, None, :, None] * x[:, None, None, :]).reshape(-1, 8)
+
+
+def trilinear(corner: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """(V, K) of the values (V, 8, K) at the corners of each one's cell; where: (V, 3)."""
+    return _summed(weights(where), corner)
+
+
+def _summed(weight: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    return np.matmul(weight[:, None], corner)[:, 0]
 
 
 def across_silhouette(state: np.ndarray) -> np.ndarray:
@@ -160,4 +180,6 @@ def interpolated(tables: Grid, virtual: np.ndarray, status: np.ndarray) -> tuple
     state = status[tables.cell_nodes]
     failed = (state == FAILED).any(1) | across_silhouette(state)
     cell = np.where(failed, FAILED, state.min(1, initial=FAILED))
-    return trilinear(virtual[tables.cell_nodes[tables.vertex_cell]], tables.vertex_where), cell[tables.vertex_cell]
+    # take: a third of the time of indexing.
+    around = virtual.take(tables.vertex_nodes, axis=0)
+    return _summed(tables.vertex_weights, around), cell[tables.vertex_cell]

@@ -1,5 +1,5 @@
 """The targets, measured: DIR/targets.json with a row per target. One module per paper adds its rows here. `stability` is no
-paper: it writes DIR/stability.json (stability.py). The report shows both."""
+paper: it writes DIR/stability.json (stability.py). What rows cannot show is in DIR/exhibits.json (exhibit.py). The report shows all."""
 
 import json
 from collections.abc import Callable
@@ -8,19 +8,25 @@ from pathlib import Path
 
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
-from . import bench_depth, bench_estalella_grid, bench_estalella_search, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, stability
+from . import (
+    bench_depth, bench_estalella_flicker, bench_estalella_grid, bench_estalella_iterations, bench_estalella_reflectors, bench_estalella_search,
+    bench_estalella_stable, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, exhibit, stability,
+)  # fmt: skip
 
 FORMAT = 1
 FILE_NAME = "targets.json"
 STABILITY = "stability"
-# paper -> what measures its targets, each measure(progress) -> rows. A paper whose methods do not exist yet has no entry.
+# paper -> what measures its targets, each measure(progress) -> rows, and Exhibits among them. A paper whose methods do not exist yet has no entry.
 PAPERS: dict[str, tuple[Callable, ...]] = {
     "popescu": (
         bench_popescu.measure, bench_mirrors.measure, bench_limits.measure, bench_ground.measure, bench_srdm.measure,
         bench_depth.measure,
     ),
     "yu": (bench_yu.measure,),
-    "estalella": (bench_estalella_search.measure, bench_estalella_grid.measure),
+    "estalella": (
+        bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,
+        bench_estalella_reflectors.measure, bench_estalella_stable.measure,
+    ),
 }  # fmt: skip
 
 
@@ -47,22 +53,27 @@ def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> li
         )
     written = []
     if papers:
-        written.append(_targets(papers, Path(out), progress))
+        written += _targets(papers, Path(out), progress)
     if which in (STABILITY, "all"):
         written.append(stability.write(stability.measure(progress), Path(out)))
     return written
 
 
-def _targets(papers: list[str], out: Path, progress) -> Path:
+def _targets(papers: list[str], out: Path, progress) -> list[Path]:
     parts = [measure for name in papers for measure in PAPERS[name]]
-    rows = []
+    rows, exhibits = [], []
     for number, measure in enumerate(parts):
 
         def tell(share: float, what: str, number=number):
             return progress((number + share) / len(parts), what)
 
-        rows += [Target(**row) for row in measure(tell)]
+        for one in measure(tell):
+            if isinstance(one, exhibit.Exhibit):
+                exhibits.append(one)
+            else:
+                rows.append(Target(**one))
     path = out / FILE_NAME
     data = {"format": FORMAT, "rows": [asdict(row) for row in rows]}
     write_whole(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())
-    return path
+    shown = exhibit.write(exhibits, out)
+    return [path] if shown is None else [path, shown]

@@ -74,11 +74,11 @@ def kitchen() -> Kitchen:
     with open_frame(bpy.context.scene, None) as scene:
         camera = camera_of(bpy.context.scene, None, WIDTH, HEIGHT)
     reflector = scene.named()[REFLECTOR]
-    positions, triangles, normals = virtual_objects._mirroring(scene, reflector)
+    positions, triangles, normals = virtual_objects.mirroring(scene, reflector)
     part = parts_of(positions, triangles, normals, most=1)[0]
     surface = part_surface(part, positions, triangles, normals)
     images, blocks = reflector_map.atlas([reflector_map.build(part.center, part.size, SIDE, surface)])
-    piece = virtual_objects._rows(part, blocks[0], False, positions, triangles, normals)[0][1]
+    piece = virtual_objects.piece_rows(part, blocks[0], False, positions, triangles, normals)[0][1]
     space = MapSpace(part.center, np.eye(3) / part.size)
     pieces = [_fine(scene, instance) for instance in scene.instances if instance is not reflector]
     owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])

@@ -7,6 +7,7 @@ from html import escape
 from pathlib import Path
 
 from ..core.errors import ReflectError
+from . import exhibit
 from .bench import FILE_NAME, FORMAT, Target
 from .stability import FILE_NAME as STABILITY_FILE
 from .stability import FORMAT as STABILITY_FORMAT
@@ -78,6 +79,8 @@ def _is_number(value) -> bool:
 
 def text(path: Path) -> str:
     """The table for a terminal; the last column may run on."""
+    if Path(path).name == exhibit.FILE_NAME:
+        return exhibit.text(path)
     columns = _columns(path)
     rows = [[c[0] for c in columns], *([c[2](row) for c in columns] for row in read(path))]
     widths = [max(len(row[i]) for row in rows) for i in range(len(columns) - 1)]
@@ -96,7 +99,8 @@ def sections(folder: Path) -> list[str]:
             "judged like all others by how far its hit lies from the nearest surface.",
         ),
     }
-    return [_section(Path(folder) / name, *titles[name]) for name in KINDS if (Path(folder) / name).is_file()]
+    made = {name: _section(Path(folder) / name, *titles[name]) for name in KINDS if (Path(folder) / name).is_file()}
+    return [*(made[n] for n in (FILE_NAME,) if n in made), *exhibit.sections(folder), *(made[n] for n in (STABILITY_FILE,) if n in made)]
 
 
 def _section(path: Path, title: str, lead: str) -> str:

@@ -82,7 +82,7 @@ def shapes(size: tuple[int, int]) -> list[Shape]:
     """Mirrors of about the faces of the paper's Table 2: a teapot, a ball, and two closed shapes of bumps for its hippo and its
     skull, in `columns` at its first frame."""
     return [_placed(*made, size) for made in (
-        ("teapot", *_teapot()), ("sphere", *bumpy(100, 100, 0.0, 1)), ("bumps like the hippo's", *bumpy(208, 125, 0.12, 3)),
+        ("teapot", *teapot()), ("sphere", *bumpy(100, 100, 0.0, 1)), ("bumps like the hippo's", *bumpy(208, 125, 0.12, 3)),
         ("bumps like the skull's", *bumpy(267, 114, 0.06, 7)),
     )]  # fmt: skip
 
@@ -102,14 +102,16 @@ def bumpy(around: int, rings: int, height: float, bumps: int) -> tuple[np.ndarra
     return points, faces
 
 
-def _teapot() -> tuple[np.ndarray, list]:
+def teapot() -> tuple[np.ndarray, list]:
+    """(vertices (V, 3), faces) of the checkout's own: 32 patches with spout and handle."""
     spec = importlib.util.spec_from_file_location("teapot_data", SAMPLES / "teapot_data.py")
     data = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(data)
     return data.tessellate(6)
 
 
-def _placed(name: str, vertices: np.ndarray, faces: list, size: tuple[int, int]) -> Shape:
+def with_mirror(name: str, vertices: np.ndarray, faces: list) -> tuple[bpy.types.Scene, bpy.types.Object]:
+    """(`columns` with this mirror of width 2 RADIUS in its ball's place, smooth, a camera that it fills the view of)."""
     scene = columns()
     ball = scene.objects[BALL]
     points = np.asarray(vertices, float)
@@ -127,6 +129,11 @@ def _placed(name: str, vertices: np.ndarray, faces: list, size: tuple[int, int])
     camera.rotation_euler = (at - camera.location).to_track_quat("-Z", "Y").to_euler()
     camera.data.lens = 55
     bpy.context.view_layer.update()
+    return scene, camera
+
+
+def _placed(name: str, vertices: np.ndarray, faces: list, size: tuple[int, int]) -> Shape:
+    scene, camera = with_mirror(name, vertices, faces)
     with open_frame(scene, None) as snapshot:
         instance = snapshot.named()[BALL]
         return Shape(name, len(snapshot.meshes[instance.mesh].triangles), snapshot, camera_of(scene, camera, *size))

@@ -1,9 +1,8 @@
 """Reflectors from formulas, and where they reflect: the truth that searches in reflector maps are held against.
 
 Problem. The error of a reflection point can only be told from a solution that shares nothing with the search: no maps, no bisectors.
-Idea. Fermat's: on a convex reflector light takes the shortest way by way of it. The length of the way from eye to vertex over a point of
-the surface is minimised on the formula itself, in two parameters of the surface, by Newton's method with the Hessian's eigenvalues made
-positive and steps halved until the way gets shorter; all pairs at once, in float64. For a plane the answer is in closed form.
+Idea. Fermat's: on a convex reflector light takes the shortest way by way of it, found on the formula itself (shortest_ways.py). For a
+plane the answer is in closed form.
 Which pairs. Eyes and vertices in shells around the reflector, outside it. Lit are those whose segment misses the solid body; the region
 of interest [estalella-2005 section 4.2] are lit pairs whose shortest way touches the piece of surface that is there.
 All in map space: sizes are about 1, centres the origin.
@@ -18,10 +17,9 @@ import numpy as np
 
 from ..core import reflection_search
 from ..core.kernel import evaluate, record_function
-from ..core.reflector_map import IMAGES, ReflectorMap, Surface, atlas, build
+from ..core.reflector_map import IMAGES, ReflectorMap, Surface, atlas, build, look
+from .shortest_ways import reflected
 
-# Halvings of a step, and steps, after which a way is as short as float64 can tell.
-HALVINGS, STEPS = 12, 60
 BATCH = 20_000  # pairs at a time
 # Eyes and vertices of pairs are so far above the body, as round bodies' shells are; random pairs' shells begin at NEAR, in sizes.
 CLEAR, NEAR = 0.2, 1.2
@@ -115,77 +113,6 @@ def plane(below: float = 0.7) -> Known:
     )  # fmt: skip
 
 
-def way(eye, vertex, point) -> np.ndarray:
-    """(N,) length of the way from eye to vertex over points (N, 3)."""
-    return np.linalg.norm(eye - point, axis=-1) + np.linalg.norm(vertex - point, axis=-1)
-
-
-def reflected(known: Known, eye, vertex) -> np.ndarray:
-    """(N, 3) where lit pairs are reflected by the endless surface: the shortest way's point."""
-    p = known.touched(eye, vertex)
-    left = np.arange(len(p))
-    for _ in range(STEPS):
-        shorter = _step(known, eye[left], vertex[left], p[left])
-        moved = np.abs(shorter - p[left]).max(-1) > 1e-9
-        p[left], left = shorter, left[moved]
-        if not len(left):
-            break
-    # Lengths end at the square root of rounding; gradients do not.
-    for _ in range(2):
-        chart = known.chart(p)
-        gradient, hessian = _derivatives(known, eye, vertex, chart)
-        small = np.linalg.norm(gradient, axis=-1) < 1e-5
-        move = np.zeros_like(gradient)
-        move[small] = -np.linalg.solve(hessian[small] + 1e-12 * np.eye(2), gradient[small][..., None])[..., 0]
-        p = known.point(move * np.minimum(1e-4 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1), chart)
-    return p
-
-
-def _step(known: Known, eye, vertex, p) -> np.ndarray:
-    """(N, 3) points of shorter ways, or p where none is found."""
-    chart = known.chart(p)
-    gradient, hessian = _derivatives(known, eye, vertex, chart)
-    values, axes = np.linalg.eigh(hessian)
-    values = np.maximum(np.abs(values), 1e-9)
-    move = -np.einsum("nij,nj->ni", axes, np.einsum("nji,nj->ni", axes, gradient) / values)
-    move *= np.minimum(0.5 / np.maximum(np.linalg.norm(move, axis=-1, keepdims=True), 1e-30), 1)
-    length, share, best = way(eye, vertex, p), 1.0, p
-    left = np.ones(len(p), bool)
-    for _ in range(HALVINGS):
-        tried = known.point(move * share, chart)
-        shorter = left & (way(eye, vertex, tried) < length)
-        best = np.where(shorter[:, None], tried, best)
-        left &= ~shorter
-        share *= 0.5
-        if not left.any():
-            break
-    return best
-
-
-def _derivatives(known: Known, eye, vertex, chart) -> tuple[np.ndarray, np.ndarray]:
-    """(gradient (N, 2), Hessian (N, 2, 2)) of the way in the chart's parameters at 0; the surface's derivatives by differences."""
-    h = 1e-4
-    zero = np.zeros((len(eye), 2))
-    x, y = np.array([h, 0.0]), np.array([0.0, h])
-    p = known.point(zero, chart)
-    ends = [known.point(zero + s, chart) for s in (x, -x, y, -y)]
-    corners = [known.point(zero + s, chart) for s in (x + y, x - y, y - x, -x - y)]
-    slope = np.stack([ends[0] - ends[1], ends[2] - ends[3]], 1) / (2 * h)
-    xx, yy = (ends[0] - 2 * p + ends[1]) / h**2, (ends[2] - 2 * p + ends[3]) / h**2
-    xy = (corners[0] - corners[1] - corners[2] + corners[3]) / (4 * h**2)
-    bent = np.stack([np.stack([xx, xy], 1), np.stack([xy, yy], 1)], 1)
-    gradient, hessian = 0.0, 0.0
-    for other in (eye, vertex):
-        to = p - other
-        distance = np.linalg.norm(to, axis=-1)[:, None]
-        away = to / distance
-        along = np.einsum("nix,nx->ni", slope, away)
-        gradient = gradient + along
-        across = np.einsum("nix,njx->nij", slope, slope) - along[:, :, None] * along[:, None]
-        hessian = hessian + across / distance[..., None] + np.einsum("nijx,nx->nij", bent, away)
-    return gradient, hessian
-
-
 def random_pairs(rng, count: int, near=NEAR, far=8.0) -> tuple[np.ndarray, np.ndarray]:
     """(eyes, vertices) (count, 3), evenly over directions and distances from the centre."""
     eye, vertex = (_unit(rng.normal(size=(count, 3))) * rng.uniform(near, far, (count, 1)) for _ in range(2))
@@ -230,12 +157,14 @@ def search(kernel, made: ReflectorMap, eye, vertex, start=None, mirror=1.0, step
 
 @cache
 def first_search(way: Callable) -> Callable:
-    """Kernel of reflection_search.descend or .follow alone, without what comes after it for hidden vertices."""
+    """Kernel of reflection_search.descend or .follow alone, without what comes after it for hidden vertices; the place that it ended
+    at is looked up once more, which `evaluations` leaves out."""
 
     def kernel(k, scope, observer, vertex, start, block, ball, cone):
         begin = reflection_search.begin_at(k, observer, vertex, start)
         direction, residual, evaluations, *_ = way(k, scope, observer, vertex, block, begin)
-        return {"direction": direction, "residual": residual, "evaluations": evaluations}
+        here = look(k, scope, block, direction, False)
+        return {"point": here.point, "normal": k.normalize(here.normal), "residual": residual, "evaluations": evaluations}
 
     return kernel
 

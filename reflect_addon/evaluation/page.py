@@ -36,6 +36,8 @@ img { width: 100%; display: block; border-radius: 6px; background: #777; image-r
 .plot text.floor { stroke: none; fill: var(--bad); } .plot .front { stroke: var(--accent); fill: none; stroke-width: 1.5; opacity: .55; }
 .plot .best { fill: none; stroke: var(--accent); stroke-width: 1.5; }
 .s0 { fill: var(--s0); } .s1 { fill: var(--s1); } .s2 { fill: var(--s2); } .s3 { fill: var(--s3); } .s4 { fill: var(--s4); } .s5 { fill: var(--s5); }
+.plot .curve { fill: none; stroke-width: 1.5; } .l0 { stroke: var(--s0); } .l1 { stroke: var(--s1); } .l2 { stroke: var(--s2); } .l3 { stroke: var(--s3); } .l4 { stroke: var(--s4); } .l5 { stroke: var(--s5); }
+.exhibit { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: 14px; margin-top: 14px; } .exhibit img[src^="data:image/svg"] { background: var(--card); }
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; width: 100%; }
 th, td { padding: 5px 6px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 tr > :first-child, .settings { text-align: left; } tr:first-child th { color: var(--soft); font-weight: 600; cursor: help; white-space: normal; vertical-align: bottom; }

@@ -1,4 +1,4 @@
-"""A small scatter plot as inline SVG: cost against error on logarithmic axes, the front of the best marked."""
+"""Small plots as inline SVG on logarithmic axes: cost against error with the front of the best marked, and curves."""
 
 import math
 from dataclasses import dataclass
@@ -25,7 +25,53 @@ def scatter(points: list[Point], x_label: str, y_label: str, floor: float | None
     if not points:
         return f"<p class='none'>Nothing was measured for {escape(y_label)} against {escape(x_label)}.</p>"
     ys = [p.y for p in points] + ([floor] if _positive(floor) else [])
-    x_range, y_range = _decades([p.x for p in points]), _decades(ys)
+    out, sx, sy = _axes([p.x for p in points], ys, x_label, y_label)
+    if _positive(floor):
+        out.append(f"<path class='floor' d='M{LEFT} {sy(floor):.1f}H{WIDTH - RIGHT}'/>")
+        out.append(f"<text class='floor' x='{LEFT + 5}' y='{sy(floor) - 5:.1f}'>noise of the truth</text>")
+    front = pareto_front([(p.x, p.y) for p in points])
+    steps = "L".join(f"{sx(points[i].x):.1f} {sy(points[i].y):.1f}" for i in front)
+    if len(front) > 1:
+        out.append(f"<path class='front' d='M{steps}'/>")
+    taken: list[float] = []
+    for i, p in sorted(enumerate(points), key=lambda item: sy(item[1].y)):
+        x, y = sx(p.x), sy(p.y)
+        ring = f"<circle class='best' cx='{x:.1f}' cy='{y:.1f}' r='8'/>" if i in front else ""
+        text_y = max([y + 4, *(t + 13 for t in taken if t + 13 > y + 4)])  # labels never lie on each other
+        taken.append(text_y)
+        flip = x + 12 + LETTER * len(p.label) > WIDTH
+        anchor = f"x='{x - 12:.1f}' text-anchor='end'" if flip else f"x='{x + 12:.1f}'"
+        out.append(
+            f"{ring}<circle class='dot s{p.series}' cx='{x:.1f}' cy='{y:.1f}' r='5'>"
+            f"<title>{escape(p.label)}: {p.x:.4g}, {p.y:.4g}</title></circle>"
+            f"<text class='name' {anchor} y='{text_y:.1f}'>{escape(p.label)}</text>"
+        )
+    return "".join(out) + "</svg>"
+
+
+def curves(series: dict[str, list[tuple[float, float]]], x_label: str, y_label: str) -> str:
+    """SVG text: a line of dots each, named at its last; points without a positive x and y are left out."""
+    kept = {name: [p for p in points if _positive(p[0]) and _positive(p[1])] for name, points in series.items()}
+    kept = {name: points for name, points in kept.items() if points}
+    if not kept:
+        return f"<p class='none'>Nothing was measured for {escape(y_label)} against {escape(x_label)}.</p>"
+    out, sx, sy = _axes(*zip(*(p for points in kept.values() for p in points), strict=True), x_label, y_label)
+    taken: list[tuple[float, float]] = []
+    for number, (name, points) in enumerate(kept.items()):
+        path = "L".join(f"{sx(x):.1f} {sy(y):.1f}" for x, y in points)
+        out.append(f"<path class='curve l{number % 6}' d='M{path}'/>")
+        out += [f"<circle class='dot s{number % 6}' cx='{sx(x):.1f}' cy='{sy(y):.1f}' r='3'><title>{x:.4g}, {y:.4g}</title></circle>" for x, y in points]
+        x, at = sx(points[-1][0]), sy(points[-1][1]) - 8
+        while any(abs(at - y) < 13 and abs(x - other) < LETTER * len(name) for other, y in taken):  # labels never lie on each other
+            at -= 13
+        taken.append((x, at))
+        out.append(f"<text class='name' x='{x:.1f}' y='{at:.1f}' text-anchor='end'>{escape(name)}</text>")
+    return "".join(out) + "</svg>"
+
+
+def _axes(xs, ys, x_label: str, y_label: str):
+    """(SVG's first parts: axes with their ticks and labels, x -> px, y -> px)."""
+    x_range, y_range = _decades(xs), _decades(ys)
 
     def sx(v):
         return LEFT + (math.log10(v) - x_range[0]) / (x_range[1] - x_range[0]) * (WIDTH - LEFT - RIGHT)
@@ -49,27 +95,7 @@ def scatter(points: list[Point], x_label: str, y_label: str, floor: float | None
     out.append(
         f"<text class='label' transform='translate(15 {middle}) rotate(-90)' text-anchor='middle'>{escape(y_label)}</text>"
     )
-    if _positive(floor):
-        out.append(f"<path class='floor' d='M{LEFT} {sy(floor):.1f}H{WIDTH - RIGHT}'/>")
-        out.append(f"<text class='floor' x='{LEFT + 5}' y='{sy(floor) - 5:.1f}'>noise of the truth</text>")
-    front = pareto_front([(p.x, p.y) for p in points])
-    steps = "L".join(f"{sx(points[i].x):.1f} {sy(points[i].y):.1f}" for i in front)
-    if len(front) > 1:
-        out.append(f"<path class='front' d='M{steps}'/>")
-    taken: list[float] = []
-    for i, p in sorted(enumerate(points), key=lambda item: sy(item[1].y)):
-        x, y = sx(p.x), sy(p.y)
-        ring = f"<circle class='best' cx='{x:.1f}' cy='{y:.1f}' r='8'/>" if i in front else ""
-        text_y = max([y + 4, *(t + 13 for t in taken if t + 13 > y + 4)])  # labels never lie on each other
-        taken.append(text_y)
-        flip = x + 12 + LETTER * len(p.label) > WIDTH
-        anchor = f"x='{x - 12:.1f}' text-anchor='end'" if flip else f"x='{x + 12:.1f}'"
-        out.append(
-            f"{ring}<circle class='dot s{p.series}' cx='{x:.1f}' cy='{y:.1f}' r='5'>"
-            f"<title>{escape(p.label)}: {p.x:.4g}, {p.y:.4g}</title></circle>"
-            f"<text class='name' {anchor} y='{text_y:.1f}'>{escape(p.label)}</text>"
-        )
-    return "".join(out) + "</svg>"
+    return out, sx, sy
 
 
 def _positive(value) -> bool:

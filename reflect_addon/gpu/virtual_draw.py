@@ -22,7 +22,7 @@ from .targets import ReflectionTarget
 from .upload import texture_from
 from .virtual_scene import COLUMNS, VirtualScene
 
-FRAME_STRUCT = "struct ReflectVirtual { mat4 clip_from_map; mat4 map_from_world; vec4 center; vec4 options; };"
+FRAME_STRUCT = "struct ReflectVirtual { mat4 clip_from_map; mat4 map_from_world; vec4 center; vec4 options; vec4 picture; };"
 # Clip space begins so far before the eye, in sizes of the reflector.
 NEAREST = 1e-4
 # Footprints that a pixel's ray may miss a triangle by where no ray meets one: what rounding leaves open between neighbours.
@@ -91,7 +91,7 @@ class Drawing:
                     ("shown", call_text(kernel, _SHOWN, "shown_") if kernel else ""),
                 ),
                 defines=(
-                    *TABLES, *STATUSES, ("SLACK", f"{SLACK:.3f}"), ("NEAREST", f"{NEAREST:.6f}"), *WIDER, ("STATUS_HIT", f"{spaces.STATUS_HIT:.1f}"),
+                    *TABLES, *STATUSES, ("SLACK", f"{SLACK:.3f}"), *WIDER, ("STATUS_HIT", f"{spaces.STATUS_HIT:.1f}"),
                     *((("FINISH", "1"),) if asset.options["finish"] else ()), *((("MIRRORS", "1"),) if kernel else ()),
                 ),
                 depth="ANY",
@@ -134,16 +134,19 @@ class Drawing:
 
 
 def frame_of(space: MapSpace, camera: Camera, reflector: int, sizes_per_metre: float) -> np.ndarray:
-    """(40,) float32: FRAME_STRUCT. center: w the reflector's index; options: map units per m, sizes per m, pixels.
+    """(44,) float32: FRAME_STRUCT. center: w the reflector's index; options: map units per m, sizes per m; picture: pixels, where
+    clip space begins.
 
     Depth is in sizes of the reflector, whose parts have units of their own."""
-    data = np.zeros(40, np.float32)
+    data = np.zeros(44, np.float32)
     data[:16] = space.clip_from_map(camera).T.ravel()
     turn = np.eye(4)
     turn[:3, :3] = space.map_from_world
     data[16:32] = turn.T.ravel()
     data[32:35], data[35] = space.center, reflector
-    data[36:40] = space.units_per_metre, sizes_per_metre, camera.width, camera.height
+    data[36:38] = space.units_per_metre, sizes_per_metre
+    # An orthographic camera's clip space has no metres.
+    data[40:43] = camera.width, camera.height, NEAREST if camera.is_orthographic else NEAREST / sizes_per_metre
     return data
 
 

@@ -88,7 +88,7 @@ class TablePart:
 
 def bake(job: BakeJob) -> Asset:
     """The maps of the reflector's parts."""
-    positions, triangles, normals = _mirroring(job.scene, job.reflector)
+    positions, triangles, normals = mirroring(job.scene, job.reflector)
     found = parts_of(positions, triangles, normals, most=int(job.settings["parts"]))
     side, largest = int(job.settings["map_texels"]), max((part.size for part in found), default=1.0)
     maps = [
@@ -98,7 +98,7 @@ def bake(job: BakeJob) -> Asset:
     rows = []
     for part, block in zip(found, blocks, strict=True):
         both = part.two_sided and not _is_inside(job, part, positions, triangles)
-        rows += _rows(part, block, both, positions, triangles, normals)
+        rows += piece_rows(part, block, both, positions, triangles, normals)
     table = np.zeros((max(len(rows[:MOST]), 1), COLUMNS, 4), np.float32)
     for row, (_, values) in zip(table, sorted(rows, key=lambda r: -r[0]), strict=False):
         row[:] = values
@@ -115,7 +115,7 @@ def bake(job: BakeJob) -> Asset:
     )
 
 
-def _mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def mirroring(scene: SceneSnapshot, reflector: Instance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(positions (V, 3), triangles (T, 3), corner normals (T, 3, 3)) in world space, float64, of the surface that gets rays: what
     has a shiny material, or all of it when nothing has."""
     mesh, slots = scene.meshes[reflector.mesh], scene.slots(reflector)
@@ -154,7 +154,7 @@ def _is_inside(job: BakeJob, part, positions, triangles) -> bool:
     return bool(np.isfinite(job.intersect(job.reflector, rays)).mean() > ENCLOSED)
 
 
-def _rows(part, block, both: bool, positions, triangles, normals) -> list[tuple[float, np.ndarray]]:
+def piece_rows(part, block, both: bool, positions, triangles, normals) -> list[tuple[float, np.ndarray]]:
     """(area, row of the table) of each piece of a part, on one of its sides or on both."""
     own = part.triangles[part.own]
     corners = (positions[triangles[own]] - part.center) / part.size
@@ -179,7 +179,8 @@ def _rows(part, block, both: bool, positions, triangles, normals) -> list[tuple[
             row[CENTER] = *part.center, part.size
             row[BALL] = *center, np.linalg.norm(points - center, axis=1).max()
             row[CONE] = *axis, np.cos(min(np.arccos(np.clip((turned[piece] @ axis).min(), -1, 1)) + MARGIN, np.pi))
-            if not one_root:
+            # Half way between eye and vertex is away from a mirror that faces its centre, and what closes its map there hides nothing.
+            if not one_root or side * (turned[piece].mean(1) * middle[piece]).sum() < 0:
                 nearest = ((mean[piece] - axis) ** 2).sum(-1) + ((middle[piece] - center) ** 2).sum(-1)
                 row[START] = *middle[piece][nearest.argmin()], 2.0
             rows.append((float(area[piece].sum()), row))

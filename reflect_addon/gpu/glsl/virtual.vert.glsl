@@ -46,14 +46,14 @@ void main()
   gl_Position = (own == 0) ? clip_a : (own == 1) ? clip_b : clip_c;
 #ifdef FINISH
   if (min(clip_a.w, min(clip_b.w, clip_c.w)) > 0.0) {
-    vec2 size = 0.5 * frame.options.zw;
+    vec2 size = 0.5 * frame.picture.xy;
     vec2 a_px = clip_a.xy / clip_a.w * size, b_px = clip_b.xy / clip_b.w * size, c_px = clip_c.xy / clip_c.w * size;
     vec2 wider = (own == 0) ? widened(c_px, a_px, b_px) : (own == 1) ? widened(a_px, b_px, c_px) : widened(b_px, c_px, a_px);
     gl_Position.xy = wider / size * gl_Position.w;
   }
 #endif
   // Nothing is too far to be reflected: depth only has to lie in front of the far plane, order is the fragments' business.
-  gl_Position.z = gl_Position.w - 2.0 * NEAREST / frame.options.y;
+  gl_Position.z = gl_Position.w - 2.0 * frame.picture.z;
   vec3 status = vec3(virtual_a.w, virtual_b.w, virtual_c.w);
   bool hidden = all(equal(status, vec3(HIDDEN)));
   if (hidden || any(greaterThan(status, vec3(FAILED - 0.5))) || any(lessThan(status, vec3(0.5)))) {
