@@ -7,7 +7,9 @@ Layout. Cubes, as the paper's: six faces in a row, in a border that goes on in t
 crosses an edge. An octahedron unfolded into one square [Engelhardt and Dachsbacher 2008] was tried: a bilinear look-up across its folds
 errs by a texel, not by its square, and that is where searches failed (256 texels: 3e-3 of the size at the folds, 6e-6 on cubes).
 Closing. Where the rays from the centre miss an open reflector (6.2), its tangent planes go on, farther off means of them:
-a search may pass there, and says so when it ends there. w of a position is 1 on the reflector and 0 where it was closed.
+a search may pass there, and says so when it ends there. What is convex goes on to where all its tangent planes leave room, and so stays
+convex: a vertex has one reflection point on it, and is hidden where the line of sight passes through. w of a position is 1 on the
+reflector and 0 where it was closed.
 Limits. What is not star-shaped needs several maps (reflector_parts.py). Bilinear: errors fall with the square of a texel's size.
 """
 
@@ -29,6 +31,9 @@ PLANES = 4
 # A tangent plane goes on where it is met no flatter than this and no farther than so many times its own distance.
 STEEP, FAR_OFF = 0.2, 2.0
 
+# Tangent planes that close a convex surface: of its rim, and of all of it, about as many. Texels at a time.
+ENCLOSING, BATCH = 1024, 4096
+
 # surface(directions (N, 3) unit) -> (distance (N,) m, normal (N, 3) unit, inside (N,) bool): what rays from the centre meet.
 Surface = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
@@ -47,15 +52,15 @@ class ReflectorMap:
         return len(self.position) - 2
 
 
-def build(center: np.ndarray, size: float, side: int, surface: Surface) -> ReflectorMap:
-    """The map of what rays from the centre meet. side: texels along a face's edge, from 2 on."""
+def build(center: np.ndarray, size: float, side: int, surface: Surface, convex: bool = False) -> ReflectorMap:
+    """The map of what rays from the centre meet. side: texels along a face's edge, from 2 on; convex: how it is closed."""
     directions = texel_directions(side).reshape(side + 2, 6, side + 2, 3).swapaxes(0, 1)
     distance, normal, inside = surface(directions.reshape(-1, 3))
     shape = directions.shape[:3]
     inside = (inside & np.isfinite(distance) & (distance > 0)).reshape(shape)
     distance = np.where(inside, np.reshape(distance, shape) / (size or 1.0), 0.0)
     normal = np.where(inside[..., None], np.reshape(normal, directions.shape), 0.0)
-    distance, normal = _closed(directions, distance, normal, inside)
+    distance, normal = (_enclosed if convex else _closed)(directions, distance, normal, inside)
     position = np.concatenate([directions * distance[..., None], inside[..., None]], -1)
     normal = np.concatenate([normal, np.zeros((*shape, 1))], -1)
     return ReflectorMap(np.asarray(center, np.float64), float(size), *(_in_a_row(v) for v in (position, normal)))
@@ -88,6 +93,30 @@ def atlas(maps: list[ReflectorMap]) -> tuple[dict[str, np.ndarray], list[tuple[f
 def _in_a_row(faces: np.ndarray) -> np.ndarray:
     """(6, n, n, 4) as (n, 6 n, 4) float32."""
     return faces.swapaxes(0, 1).reshape(faces.shape[1], -1, 4).astype(np.float32)
+
+
+def _enclosed(directions, distance, normal, inside) -> tuple[np.ndarray, np.ndarray]:
+    """As _closed, of a convex surface: out to the nearest of its tangent planes, no farther than FAR_OFF of its farthest point."""
+    if inside.all() or not inside.any():
+        return _closed(directions, distance, normal, inside)
+    rim = np.flatnonzero(inside & _beside(~inside))
+    within = np.flatnonzero(inside)
+    chosen = np.concatenate([found[:: max(len(found) // ENCLOSING, 1)] for found in (rim, within)])
+    planes = normal.reshape(-1, 3)[chosen]
+    offset = np.einsum("nc,nc->n", planes, directions.reshape(-1, 3)[chosen]) * distance.reshape(-1)[chosen]
+    planes, offset = planes[offset > 0], offset[offset > 0]
+    farthest = FAR_OFF * distance.max()
+    distance, normal = distance.reshape(-1), normal.reshape(-1, 3)
+    rest = np.flatnonzero(~inside)
+    for first in range(0, len(rest), BATCH):
+        some = rest[first : first + BATCH]
+        along = directions.reshape(-1, 3)[some]
+        nearness = (along @ planes.T) / offset  # of the plane's place on the ray, inverse
+        which = nearness.argmax(1)
+        met = nearness[np.arange(len(some)), which] * farthest > 1
+        distance[some] = np.where(met, 1 / np.maximum(nearness.max(1), 1 / farthest), farthest)
+        normal[some] = np.where(met[:, None], planes[which], along)
+    return distance.reshape(inside.shape), normal.reshape(directions.shape)
 
 
 def _closed(directions, distance, normal, inside) -> tuple[np.ndarray, np.ndarray]:

@@ -9,8 +9,8 @@ from pathlib import Path
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
 from . import (
-    bench_depth, bench_estalella_flicker, bench_estalella_grid, bench_estalella_iterations, bench_estalella_reflectors, bench_estalella_search,
-    bench_estalella_stable, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, exhibit, stability,
+    bench_depth, bench_estalella_device, bench_estalella_flicker, bench_estalella_grid, bench_estalella_iterations,
+    bench_estalella_kitchen, bench_estalella_reflectors, bench_estalella_search, bench_estalella_stable, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, exhibit, stability,
 )  # fmt: skip
 
 FORMAT = 1
@@ -25,7 +25,7 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
     "yu": (bench_yu.measure,),
     "estalella": (
         bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,
-        bench_estalella_reflectors.measure, bench_estalella_stable.measure,
+        bench_estalella_kitchen.measure, bench_estalella_reflectors.measure, bench_estalella_stable.measure, bench_estalella_device.measure,
     ),
 }  # fmt: skip
 

@@ -77,7 +77,7 @@ def kitchen() -> Kitchen:
     positions, triangles, normals = virtual_objects.mirroring(scene, reflector)
     part = parts_of(positions, triangles, normals, most=1)[0]
     surface = part_surface(part, positions, triangles, normals)
-    images, blocks = reflector_map.atlas([reflector_map.build(part.center, part.size, SIDE, surface)])
+    images, blocks = reflector_map.atlas([reflector_map.build(part.center, part.size, SIDE, surface, part.kind == "convex")])
     piece = virtual_objects.piece_rows(part, blocks[0], False, positions, triangles, normals)[0][1]
     space = MapSpace(part.center, np.eye(3) / part.size)
     pieces = [_fine(scene, instance) for instance in scene.instances if instance is not reflector]

@@ -117,3 +117,36 @@ def test_maps_that_no_image_holds_are_refused(monkeypatch):
     assert len(atlas([one] * 3)[1]) == 3
     with pytest.raises(ReflectError, match="Lower Map Texels"):
         atlas([one] * 4)
+
+
+def band(low, high, tall=0.4):
+    """What is between two heights of an ellipsoid, convex and open above and below."""
+    whole = known.ellipsoid(1, 1, tall).surface
+
+    def surface(directions):
+        distance, normal, inside = whole(directions)
+        height = directions[:, 2] * distance
+        return distance, normal, inside & (height > low) & (height < high)
+
+    return surface
+
+
+@pytest.mark.parametrize("low, high", [(-0.2, 0.2), (-0.1, 0.4), (0.0, 0.05)])
+def test_what_closes_a_convex_surface_leaves_it_convex(rng, low, high):
+    """Points between two of the closed surface are inside of it; the surface itself is as it was."""
+    made = build(np.zeros(3), 1.0, 64, band(low, high), convex=True)
+    direction = unit(rng.normal(size=(6000, 3)))
+    found = looked_up(*_one(made), direction)
+    point, inside = found["point"], found["inside"] > 0.5
+    assert 0.02 < inside.mean() < 0.98
+    middle = (point[:3000] + point[3000:]) / 2
+    there = looked_up(*_one(made), unit(middle))["point"]
+    assert (np.linalg.norm(middle, axis=1) / np.linalg.norm(there, axis=1)).max() < 1 + 5e-3  # a texel's bend at the rim's corner
+    distance, normal, _ = band(-1, 1)(direction)
+    own = found["inside"] > 0.999
+    assert np.abs(np.linalg.norm(point, axis=1) - distance)[own].max() < 2e-3
+
+
+def _one(made):
+    images, blocks = atlas([made])
+    return images, (*blocks[0], 1.0)

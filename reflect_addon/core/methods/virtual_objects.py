@@ -92,7 +92,7 @@ def bake(job: BakeJob) -> Asset:
     found = parts_of(positions, triangles, normals, most=int(job.settings["parts"]))
     side, largest = int(job.settings["map_texels"]), max((part.size for part in found), default=1.0)
     maps = [
-        reflector_map.build(p.center, p.size, _side(p, side, largest), part_surface(p, positions, triangles, normals)) for p in found
+        reflector_map.build(p.center, p.size, _side(p, side, largest), part_surface(p, positions, triangles, normals), p.kind == "convex") for p in found
     ]
     images, blocks = reflector_map.atlas(maps) if maps else ({name: np.zeros((1, 1, 4), np.float32) for name in reflector_map.IMAGES}, [])
     rows = []
