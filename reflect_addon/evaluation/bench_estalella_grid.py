@@ -3,8 +3,9 @@
 Seconds are the processor's, of NumPy in one thread. What they are beside the work itself has to weigh on both ways alike, as nothing
 did in the paper's program. NumPy takes some time for a call whatever its size, and a batch takes as long as its slowest search: so all
 vertices are searched in batches about as large as the grid has nodes, and each batch holds every n-th vertex, as mixed as the nodes are
-(a batch of one mesh ends in half the time where none of it is hidden). And processors slow down and speed up: each batch has the
-whole of the grid's frame beside it, and what is compared are medians over turns. What each way asks is counted too, as look-ups.
+(a batch of one mesh ends in half the time where none of it is hidden). And processors slow down and speed up by two under
+other work: each batch has a whole frame of the grid beside it, before it or after it in turns, and what is told is the median of such pairs'
+ratios. What each way asks is counted too, as look-ups.
 Where a grid cannot say (a node failed, or the silhouette passes), vertices are searched after all; the paper interpolates there, so its
 ratios are compared without, and `how` has those with.
 """
@@ -29,7 +30,7 @@ VISIBLE = 0.5  # px, target E3
 SLOPE = 0.15  # a power of 1 may be off by so much
 AWAY = (0.5, 1, 2, 4, 8, 16)  # distances of the eye, over the camera's own
 ZOOM = 7.0  # the kettle across the picture, seen from the same place
-TURNS = 3  # times that all vertices are searched, each batch beside the grid's frame
+PAIRS, TURNS = 40, 3  # of a batch and a frame of the grid, at least; and times that all vertices are searched, at least
 
 
 def measure(progress) -> list[dict]:
@@ -49,23 +50,14 @@ def measure(progress) -> list[dict]:
 
 @dataclass(frozen=True)
 class Run:
-    """Both ways in turns. Seconds are the processor's."""
+    """Both ways in turns: ratios of the processor's seconds, and counts."""
 
-    full: float  # all vertices
-    nodes: float  # the grid's nodes searched ...
-    between: float  # ... and the vertices interpolated
-    rest: float  # what a grid cannot say, searched after all
+    ratio: float  # all vertices searched, over the grid's frame: its nodes searched and the vertices interpolated
+    whole: float  # the same, with what the grid cannot say searched after all
+    between: float  # share of the grid's frame that is interpolation
     node_share: float
     rest_share: float
     work: float  # look-ups of all vertices over the nodes'
-
-    @property
-    def ratio(self) -> float:
-        return self.full / (self.nodes + self.between)
-
-    @property
-    def whole(self) -> float:
-        return self.full / (self.nodes + self.between + self.rest)
 
 
 def _run(scene: Kitchen, share: float, name: str) -> Run:
@@ -76,27 +68,34 @@ def _run(scene: Kitchen, share: float, name: str) -> Run:
     found = scene.search(tables.node_position, name)
     _, status = interpolated(tables, found["virtual"], found["status"])
     again = np.flatnonzero(status == FAILED)
-    full, frames, looks = np.zeros((TURNS, len(batches))), [], 0.0
-    for turn in range(TURNS):
-        for number, batch in enumerate(batches):
-            start = process_time()
-            answer = scene.search(scene.positions[batch], name)
-            full[turn, number] = process_time() - start
-            looks += float(answer["evaluations"].sum()) / TURNS
-            start = process_time()
-            nodes = scene.search(tables.node_position, name)
-            middle = process_time()
-            interpolated(tables, nodes["virtual"], nodes["status"])
-            frames.append((middle - start, process_time() - middle))
-    rest = []
-    for _ in range(TURNS):
+    looks = sum(float(scene.search(scene.positions[batch], name)["evaluations"].sum()) for batch in batches)
+
+    def frame() -> tuple[float, float]:
         start = process_time()
-        for batch in mixed(len(again), count):
-            scene.search(scene.positions[again[batch]], name)
-        rest.append(process_time() - start)
+        nodes = scene.search(tables.node_position, name)
+        middle = process_time()
+        interpolated(tables, nodes["virtual"], nodes["status"])
+        return middle - start, process_time() - middle
+
+    def searched(batch) -> float:
+        start = process_time()
+        scene.search(scene.positions[batch], name)
+        return process_time() - start
+
+    pairs, rest = [], []
+    for turn in range(max(TURNS, -(-PAIRS // len(batches)))):
+        for batch in batches:
+            if turn % 2:
+                pairs.append((searched(batch), *frame()))
+            else:
+                nodes, between = frame()
+                pairs.append((searched(batch), nodes, between))
+        rest.append(sum(searched(again[batch]) for batch in mixed(len(again), count)) / sum(frame()))
+    full, nodes, between = np.array(pairs).T
+    ratio = len(batches) * float(np.median(full / (nodes + between)))
     return Run(
-        float(np.median(full, 0).sum()), *(float(t) for t in np.median(frames, 0)), float(np.median(rest)), count / vertices,
-        len(again) / vertices, looks / float(found["evaluations"].sum()),
+        ratio, ratio / (1 + float(np.median(rest))), float(np.median(between / (nodes + between))), count / vertices, len(again) / vertices,
+        looks / float(found["evaluations"].sum()),
     )  # fmt: skip
 
 
@@ -115,12 +114,11 @@ def _faster(scene: Kitchen, full, runs) -> list[dict]:
     def told(key, name, form):
         return ", ".join(format(getattr(runs[share][name], key), form) for share in SHARES)
 
-    between = ", ".join(f"{one.between / (one.nodes + one.between):.1%}" for one in midpoint)
 
     how = (
         f"{len(scene.positions)} vertices, searched as published in {STEPS['midpoint']} steps (95 % of residuals below "
         f"{residual['midpoint']:.1e}; newton {residual['newton']:.1e}); nodes {told('node_share', 'midpoint', '.1%')} of them. Medians of "
-        f"{TURNS} turns; of the grid's time interpolation is {between}. Look-ups of all vertices over the nodes' "
+        f"{PAIRS} pairs and more; of the grid's time interpolation is {told('between', 'midpoint', '.1%')}. Look-ups of all vertices over the nodes' "
         f"{told('work', 'midpoint', '.1f')}. With what a grid cannot say ({told('rest_share', 'midpoint', '.1%')} of the vertices) searched too: {told('whole', 'midpoint', '.1f')}. "
         f"Newton {told('ratio', 'newton', '.1f')}, with those {told('whole', 'newton', '.1f')}"
     )
