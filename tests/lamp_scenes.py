@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import trimesh
-from mesh_scenes import intersect, snapshot, tracer
+from mesh_scenes import intersect, tracer
 from virtual_scenes import among_things, paint
 
 from reflect_addon.core.lamp_hits import with_lamps

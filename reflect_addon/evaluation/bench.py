@@ -9,8 +9,23 @@ from pathlib import Path
 from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
 from . import (
-    bench_depth, bench_estalella_device, bench_estalella_flicker, bench_estalella_grid, bench_estalella_iterations,
-    bench_estalella_kitchen, bench_estalella_reflectors, bench_estalella_search, bench_estalella_stable, bench_ground, bench_limits, bench_mirrors, bench_popescu, bench_srdm, bench_yu, exhibit, stability,
+    bench_depth,
+    bench_estalella_device,
+    bench_estalella_flicker,
+    bench_estalella_grid,
+    bench_estalella_iterations,
+    bench_estalella_kitchen,
+    bench_estalella_reflectors,
+    bench_estalella_search,
+    bench_estalella_stable,
+    bench_ground,
+    bench_limits,
+    bench_mirrors,
+    bench_popescu,
+    bench_srdm,
+    bench_yu,
+    exhibit,
+    stability,
 )  # fmt: skip
 
 FORMAT = 1

@@ -15,8 +15,8 @@ from time import process_time
 
 import numpy as np
 
-from ..core.virtual_grid import CORNERS, grid, interpolated
 from ..core.virtual_follow import follow
+from ..core.virtual_grid import CORNERS, grid, interpolated
 from ..core.virtual_octree import octree
 from ..core.virtual_status import CONVERGED, FAILED, HIDDEN
 from .bench_estalella_scene import STEPS, Kitchen, kitchen

@@ -29,7 +29,6 @@ from .upload import MeshBuffer, read_texture, triangle_batch
 from .view import View
 from .virtual import Projector
 
-
 # Growth of a footprint by roughness up to which a reflector shows virtual objects: that of mirrors to mirrors.
 SHARPEST = 4.0 * mirrors.ROUGHEST**2
 # Pixels across: what a narrower reflector shows is a blur of colours, which distance maps give as well.

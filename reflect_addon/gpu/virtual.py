@@ -64,6 +64,7 @@ class Projector:
         self._snapshot, self._places = snapshot, None
         wanted = [a for a in assets if a.kind == virtual_objects.NAME]
         self._searches = {id(a): self._searches[id(a)] for a in wanted if id(a) in self._searches}
+        self._drawings = {key: held for key, held in self._drawings.items() if any(held[0] is a for a in wanted)}
         self._grids = {share: tables for share, tables in self._grids.items() if share in map(_grid_of, wanted)}
         named = snapshot.named()
         shapes = tuple((p.instance, snapshot.meshes[named[p.instance].mesh].key) for p in surfaces.parts if p.instance in named) if surfaces else ()

@@ -8,8 +8,8 @@ import tolerances
 import trimesh
 from mirror_ball import Mirror
 
-from reflect_addon.core.virtual_grid import CORNERS, grid, interpolated
 from reflect_addon.core.virtual_follow import follow
+from reflect_addon.core.virtual_grid import CORNERS, grid, interpolated
 from reflect_addon.core.virtual_octree import octree
 from reflect_addon.core.virtual_status import CONVERGED, FAILED, HIDDEN, UNREFLECTED
 

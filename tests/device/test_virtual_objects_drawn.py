@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import tolerances
 from analytic import rotation
-from virtual_scenes import among_things, ball, baked, truth
+from virtual_scenes import among_things, baked, ball, truth
 
 from reflect_addon.core.spaces import STATUS_HIT
 

@@ -21,12 +21,11 @@ import numpy as np
 
 from .. import reflector_map
 from ..asset import Asset
-from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
 from ..part_pieces import half_angle, pieces_of
-from ..reflector_parts import left_out, part_surface, parts_of
 from ..rays import Rays
+from ..reflector_parts import left_out, part_surface, parts_of
 from ..remake import REFLECTOR, is_rigid, motion, part_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
