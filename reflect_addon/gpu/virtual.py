@@ -16,7 +16,7 @@ from ..core.map_space import MapSpace, map_space
 from ..core.methods import virtual_objects
 from ..core.remake import REFLECTOR
 from ..core.snapshot import Instance, SceneSnapshot
-from ..core.surface_asset import meshes_of
+from ..core.surface_asset import SurfaceMesh, meshes_of
 from ..core.virtual_cull import may_show, runs
 from ..core.virtual_lamps import lamp_rows
 from ..core.virtual_mesh import virtual_mesh
@@ -54,6 +54,7 @@ class Projector:
         self._made_of: tuple = ()
         self._mirrors: Mirrors | None = None
         self._lamps: Lamps | None = None
+        self._shining: dict[str, SurfaceMesh] = {}  # the lamps' surfaces
         self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
         self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
         self._grids: dict[float, GridTables] = {}  # by share of the vertices; 0: in levels
@@ -87,14 +88,15 @@ class Projector:
     def scene(self) -> VirtualScene | None:
         """The reflected scene, uploaded when it is first asked for; None where no surface radiance was baked."""
         if self._scene is None and self._made_of:
-            now, named, lamps = {}, self._snapshot.named(), {lamp.name for lamp in self._snapshot.lamps}
-            for name, mesh in meshes_of(self._surfaces).items():
-                if name in named and name not in lamps and (moved := mesh.on(self._snapshot.meshes[named[name].mesh])) is not None:
+            now, named, known = {}, self._snapshot.named(), meshes_of(self._surfaces)
+            self._shining = {lamp.name: known.pop(lamp.name) for lamp in self._snapshot.lamps if lamp.name in known}
+            for name, mesh in known.items():
+                if name in named and (moved := mesh.on(self._snapshot.meshes[named[name].mesh])) is not None:
                     now[name] = moved
             self._scene = VirtualScene(virtual_mesh(self._snapshot, now), self.counts)
         if self._places is None and self._scene is not None:
             self._places = self._scene.places(self._snapshot)
-            rows = lamp_rows(self._snapshot, meshes_of(self._surfaces))
+            rows = lamp_rows(self._snapshot, self._shining)
             if self._lamps is None or not np.array_equal(self._lamps.rows, rows):
                 self._lamps = Lamps(rows, self.counts)
             if self._mirrors is None or self._lit != self._snapshot.light_hash:
