@@ -72,7 +72,7 @@ class _Device:
         search = GridSearch(self._asset(name, tolerance), self.textures, self.counts)
         tables = GridTables(self.scene.mesh, share, self.counts)
         nodes = Nodes(tables, tables.starts(self.counts))
-        frame = ensure().types.GPUUniformBuf(frame_of(there.space, there.camera, 0))
+        frame = ensure().types.GPUUniformBuf(frame_of(there.space, there.camera, 0, there.space.units_per_metre))
 
         def submit(counted: bool = False) -> int:
             before = self.counts.searches
