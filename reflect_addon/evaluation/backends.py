@@ -111,7 +111,7 @@ class GpuBackend(_Backend):
         mask, frame = self.ray_map.covered(), self._renderer.answer(self.camera)
         found = Answer(frame.radiance[mask], frame.coverage[mask], frame.position[mask], frame.status[mask])
         drawn, sky = found.status == STATUS_HIT, np.abs(found.position).max(-1, initial=0) > FAR / 2
-        shares = (100 * part.mean() for part in (drawn, sky & ~drawn, ~sky & ~drawn))
+        shares = (100 * part.sum() / max(len(part), 1) for part in (drawn, sky & ~drawn, ~sky & ~drawn))
         before = self._renderer.counts()["searches"]
         said = ", ".join(f"{count:,} {name}" for name, count in self._renderer.virtual_statuses(self.camera).items())
         searches = self._renderer.counts()["searches"] - before
