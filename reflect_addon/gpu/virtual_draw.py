@@ -28,7 +28,7 @@ NEAREST = 1e-4
 # Footprints that a pixel's ray may miss a triangle by where no ray meets one: what rounding leaves open between neighbours.
 SLACK = 0.05
 # Pixels that a triangle is drawn wider by, besides this share of its longest edge, and at most: reflector maps are rounder than a mesh's
-# own normals, and straight edges should bend. In `kitchen` a fifth of the pixels that were not drawn right is left. SLIVER: height over
+# own normals, and straight edges should bend. Of kitchen's kettle 109 of 358 pixels that were not drawn right are left. SLIVER: height over
 # the longest edge below which corners are sharp.
 WIDER = (("WIDER", "1.5"), ("BENT", "0.1"), ("WIDEST", "8.0"), ("SLIVER", "0.4"))
 TABLES = (("COLUMNS", str(COLUMNS)),)
