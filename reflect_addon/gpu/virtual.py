@@ -172,7 +172,7 @@ class Projector:
 
     def _count(self, ranges):
         """Adds what was just found of the vertices in `ranges` to the tally."""
-        said = read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel()
+        said = np.floor(read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel())
         said = np.concatenate([said[first : first + count] for first, count in ranges])
         for status, name in virtual_status.NAMES.items():
             self.tally[name] = self.tally.get(name, 0) + int((said == status).sum())
