@@ -28,6 +28,14 @@ def ball(radius=0.5, place=(0, 0, 0.5), steps=5):
     return smooth_mirror(trimesh.creation.icosphere(steps, radius)).apply_translation(place)
 
 
+def hollow(radius=0.5, place=(0, 0, 0), steps=4):
+    """A bowl: half of a ball, open above, a sheet that mirrors on both sides."""
+    shape = trimesh.creation.icosphere(steps, radius)
+    shape.update_faces(shape.triangles_center[:, 2] < 0)
+    shape.remove_unreferenced_vertices()
+    return smooth_mirror(shape).apply_translation(place)
+
+
 def among_things(mirror=None, **more) -> SceneSnapshot:
     """The mirror (a ball by default) on a floor, with a torus and a rock beside it."""
     found = snapshot(

@@ -23,12 +23,13 @@ from ..core.virtual_mesh import virtual_mesh
 from .counts import Counts
 from .device import ensure
 from .targets import ReflectionTarget
-from .upload import read_texture, texture_bytes
-from .virtual_draw import Drawing, Mirrors, frame_of
+from .upload import read_texture, texture_bytes, triangle_batch
+from .virtual_draw import Drawing, frame_of
 from .virtual_grid import GridSearch, Seen
 from .virtual_lamps import Lamps
 from .virtual_scene import VirtualScene, image
 from .virtual_search import Found, Search, place
+from .virtual_second import Hits, Mirrors, Second, hits_of
 from .virtual_tables import GridTables, Nodes
 
 
@@ -57,6 +58,9 @@ class Projector:
         self._shining: dict[str, SurfaceMesh] = {}  # the lamps' surfaces
         self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
         self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
+        self._seconds: dict[int, tuple[Asset, Second]] = {}
+        self._hits: dict[str | None, Hits] = {}
+        self._batch = triangle_batch()
         self._grids: dict[float, GridTables] = {}  # by share of the vertices; 0: in levels
         self._parts: dict[tuple[str, int], _Part] = {}
 
@@ -65,14 +69,16 @@ class Projector:
         self._snapshot, self._places = snapshot, None
         wanted = [a for a in assets if a.kind == virtual_objects.NAME]
         self._searches = {id(a): self._searches[id(a)] for a in wanted if id(a) in self._searches}
-        self._drawings = {key: held for key, held in self._drawings.items() if any(held[0] is a for a in wanted)}
+        self._drawings, self._seconds = (
+            {key: held for key, held in programs.items() if any(held[0] is a for a in wanted)} for programs in (self._drawings, self._seconds)
+        )
         self._grids = {share: tables for share, tables in self._grids.items() if share in map(_grid_of, wanted)}
         named = snapshot.named()
         shapes = tuple((p.instance, snapshot.meshes[named[p.instance].mesh].key) for p in surfaces.parts if p.instance in named) if surfaces else ()
         made_of = (id(surfaces), shapes) if wanted and surfaces is not None else ()
         if made_of != self._made_of:
             self._scene, self._parts, self._grids, self._made_of, self._surfaces = None, {}, {}, made_of, surfaces
-            self._mirrors, self._lamps, self._drawings = None, None, {}
+            self._mirrors, self._lamps, self._drawings, self._seconds = None, None, {}, {}
 
     @property
     def draws(self) -> bool:
@@ -100,7 +106,8 @@ class Projector:
             if self._lamps is None or not np.array_equal(self._lamps.rows, rows):
                 self._lamps = Lamps(rows, self.counts)
             if self._mirrors is None or self._lit != self._snapshot.light_hash:
-                self._mirrors, self._drawings = Mirrors(self._snapshot, self._scene.mesh.names, self.counts), {}
+                self._mirrors = Mirrors(self._snapshot, self._scene.mesh.names, self.counts)
+                self._drawings, self._seconds = {}, {}
                 self._lit = self._snapshot.light_hash
         return self._scene
 
@@ -110,12 +117,14 @@ class Projector:
         if scene is None or scene.batch is None:
             return
         reflectors = self._snapshot.reflectors()
+        hits = self._hits_in(target) if self._has_second(asset) else None
+        sizes = {}  # by reflector: 1 / m
         for index in chosen:
             own = "" if asset.options["sees_itself"] else reflectors[index].name
             search, pieces = self._search(asset)
             if not pieces:
                 continue
-            sizes_per_metre = 1.0 / pieces[0].size
+            sizes[index] = sizes_per_metre = 1.0 / pieces[0].size
             for number, part in enumerate(pieces):
                 held = self._part(reflectors[index], number)
                 if held.places is not self._places:
@@ -137,7 +146,10 @@ class Projector:
                     if self.tally is not None:
                         self._count(vertices)
                     drawing = self._drawing(asset, target.beside)
-                    drawing.draw(scene, held.found, held.frame, rays, target, bounds, triangles)
+                    drawing.draw(scene, held.found, held.frame, rays, target, hits, bounds, triangles)
+        if hits is not None and sizes:
+            self._second(asset).draw(self._batch, rays, hits, min(sizes), max(sizes), bounds)
+        for index, sizes_per_metre in sizes.items():
             self._lamps.draw(rays, target, index, sizes_per_metre, bounds)
 
     @staticmethod
@@ -154,11 +166,13 @@ class Projector:
             if isinstance(self._search(asset)[0], GridSearch):
                 self._grid(asset)
             self._drawing(asset, beside)
+            if self._has_second(asset):
+                self._second(asset)
             self._lamps.prepare(beside)
 
     def _count(self, ranges):
         """Adds what was just found of the vertices in `ranges` to the tally."""
-        said = read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel()
+        said = np.floor(read_texture(self.scene.virtual_img, self.counts)[..., 3].ravel())
         said = np.concatenate([said[first : first + count] for first, count in ranges])
         for status, name in virtual_status.NAMES.items():
             self.tally[name] = self.tally.get(name, 0) + int((said == status).sum())
@@ -167,11 +181,12 @@ class Projector:
         """Memory on the GPU besides the assets' own."""
         starts = [start for part in self._parts.values() for start in (part.found.start, part.nodes and part.nodes.start) if start]
         held = sum(map(texture_bytes, starts)) + sum(tables.bytes for tables in self._grids.values())
-        return held + sum(item.bytes for item in (self._scene, self._lamps) if item)
+        return held + sum(item.bytes for item in (self._scene, self._lamps, *self._hits.values()) if item)
 
     def free(self):
         self._scene, self._mirrors, self._lamps, self._made_of = None, None, None, ()
         self._searches, self._drawings, self._parts, self._grids = {}, {}, {}, {}
+        self._seconds, self._hits = {}, {}
 
     def _search(self, asset: Asset) -> tuple[Search | GridSearch, tuple]:
         if id(asset) not in self._searches:
@@ -195,8 +210,23 @@ class Projector:
     def _drawing(self, asset: Asset, beside: str | None) -> Drawing:
         key = (id(asset), beside)
         if key not in self._drawings:
-            self._drawings[key] = (asset, Drawing(asset, beside, self._mirrors, self._textures, self.counts))
+            self._drawings[key] = (asset, Drawing(asset, beside, self._has_second(asset), self._mirrors, self.counts))
         return self._drawings[key][1]
+
+    def _has_second(self, asset: Asset) -> bool:
+        """Whether what mirrors show is drawn."""
+        return self._mirrors.any and bool(asset.options["second_order"])
+
+    def _second(self, asset: Asset) -> Second:
+        if id(asset) not in self._seconds:
+            self._seconds[id(asset)] = (asset, Second(asset, self._mirrors, self._textures, self.counts))
+        return self._seconds[id(asset)][1]
+
+    def _hits_in(self, target: ReflectionTarget) -> Hits:
+        held = self._hits.get(target.beside)
+        if held is None or held.target is not target:
+            held = self._hits[target.beside] = hits_of(target, self.counts)
+        return held
 
     def _part(self, reflector: Instance, number: int) -> _Part:
         key = (reflector.name, number)

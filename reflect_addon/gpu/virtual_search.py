@@ -1,6 +1,7 @@
 """Virtual vertices on the GPU: the search kernel of core/reflection_search.py in a compute shader, for one part of a reflector.
 
-The same recorded kernel as NumPy's; each part keeps what it found, from which the next frame's searches start.
+The same recorded kernel as NumPy's. What fails searches again from where a neighbour ended: on parts that are not convex one start is
+seldom good for all. Each part keeps what it found, from which the next frame's searches start.
 """
 
 from dataclasses import dataclass
@@ -18,6 +19,9 @@ from .virtual_draw import STATUSES, TABLES
 from .virtual_scene import VirtualScene
 
 MAPS = ("reflector_position_buf", "reflector_normal_buf")
+# Passes in which what failed searches again, and how far a vertex looks for another to start from: in a chunk neighbours in place are
+# neighbours in number. On a torus 64 % of the pixels are found without, 76 with one pass, 80, 82 and 84 % with more.
+AGAIN, REACH = 3, 64
 _WANTED = ("virtual", "direction", "status")
 ARGUMENTS = {"observer": "observer", "vertex": "vec4(place, 1.0)", "start": "start", "block": "block", "ball": "ball", "cone": "cone"}
 
@@ -40,27 +44,40 @@ class Search:
         self.counts = counts
         kernel = search_kernel(asset)
         self._images = {sampler: textures.texture(name, asset.images[name]) for name, sampler in kernel.images.items()}
-        self.program = program(
-            ComputeInfo(
-                name="reflect_virtual_search",
-                compute="virtual_search.comp.glsl",
-                group=(64, 1, 1),
-                uniforms=(*(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone")), ("VEC2", "range")),
-                samplers=(("FLOAT_2D", "vertices_buf"), ("FLOAT_2D", "placing_buf"), *(("FLOAT_2D", s) for s in self._images)),
-                images=(
-                    ("RGBA16F", "FLOAT_2D", "start_img", "READ_WRITE"), ("RGBA32F", "FLOAT_2D", "virtual_img", "WRITE"),
-                    ("RGBA32F", "FLOAT_2D", "place_img", "WRITE"),
+        call = call_text(kernel, ARGUMENTS, "found_")
+        self.program, self.again = (
+            program(
+                ComputeInfo(
+                    name="reflect_virtual_search",
+                    compute="virtual_search.comp.glsl",
+                    group=(64, 1, 1),
+                    uniforms=(
+                        *(("VEC4", name) for name in ("observer", "seed", "block", "ball", "cone")), ("VEC2", "range"), *more,
+                    ),
+                    samplers=(("FLOAT_2D", "vertices_buf"), ("FLOAT_2D", "placing_buf"), *(("FLOAT_2D", s) for s in self._images)),
+                    images=(
+                        ("RGBA16F", "FLOAT_2D", "start_img", "READ_WRITE"), ("RGBA32F", "FLOAT_2D", "virtual_img", "READ_WRITE"),
+                        ("RGBA32F", "FLOAT_2D", "place_img", "WRITE"),
+                    ),
+                    generated=(("kernel", kernel.source), ("call", call)),
+                    defines=TABLES + STATUSES + defines,
                 ),
-                generated=(("kernel", kernel.source), ("call", call_text(kernel, ARGUMENTS, "found_"))),
-                defines=TABLES + STATUSES,
-            ),
-            counts,
+                counts,
+            )
+            for more, defines in (((), ()), ((("FLOAT", "pass"),), (("AGAIN", "1"), ("REACH", str(REACH)))))
         )  # fmt: skip
 
     def run(self, scene: VirtualScene, found: Found, observer: np.ndarray, part, ranges):
         """The vertices in `ranges`, each (first, count), for a piece (virtual_objects.TablePart). Nothing is read back."""
-        shader = self.program
+        self._dispatch(self.program, scene, found, observer, part, ranges)
+        self.counts.searches += sum(count for _, count in ranges)
+        for number in range(1, AGAIN + 1):
+            self._dispatch(self.again, scene, found, observer, part, ranges, number)
+
+    def _dispatch(self, shader, scene: VirtualScene, found: Found, observer: np.ndarray, part, ranges, again: int = 0):
         shader.bind()
+        if again:
+            shader.set("pass", again)
         for name, value in (("observer", observer), ("seed", part.start), ("block", part.block), ("ball", part.ball), ("cone", part.cone)):
             shader.set(name, value)
         shader.image("vertices_buf", scene.vertices_buf)
@@ -72,7 +89,6 @@ class Search:
         for first, count in ranges:
             shader.set("range", (first, count))
             shader.dispatch(count)
-            self.counts.searches += count
 
 
 def search_kernel(asset: Asset) -> GlslKernel:

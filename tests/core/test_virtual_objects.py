@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 from mesh_scenes import job, smooth_mirror
-from virtual_scenes import among_things, ball
+from virtual_scenes import among_things, ball, hollow
 
 from reflect_addon.core.asset_files import load_asset, save_asset
 from reflect_addon.core.kernel import record
@@ -18,14 +18,6 @@ SETTINGS = {**virtual_objects.DEFAULTS, "map_texels": 32}
 
 def bake(mirror, **more):
     return virtual_objects.bake(job(among_things(mirror, **more), SETTINGS))
-
-
-def hollow():
-    """A bowl: half of a ball, open above."""
-    shape = trimesh.creation.icosphere(4, 0.5)
-    shape.update_faces(shape.triangles_center[:, 2] < 0)
-    shape.remove_unreferenced_vertices()
-    return smooth_mirror(shape)
 
 
 def test_a_ball_is_one_piece_that_does_not_see_itself():

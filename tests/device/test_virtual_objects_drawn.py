@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import tolerances
 from analytic import rotation
-from virtual_scenes import among_things, baked, ball, truth
+from virtual_scenes import among_things, baked, ball, hollow, truth
 
 from reflect_addon.core.spaces import STATUS_HIT
 
@@ -39,7 +39,7 @@ class Seen:
     def __init__(self, renderer, scene, camera=CAMERA):
         answer, ray_map = renderer.answer(camera), renderer.ray_map(camera)
         mask = ray_map.covered()
-        self.truth = truth(scene, ray_map)
+        self.truth, self.origin = truth(scene, ray_map), ray_map.origin[mask]
         self.drawn = answer.status[mask] == STATUS_HIT
         self.radiance, self.position = answer.radiance[mask], answer.position[mask]
         self.off = np.linalg.norm(self.position - self.truth.position, axis=1) / scene.diagonal()
@@ -61,6 +61,18 @@ def test_what_a_ball_shows_is_where_embree_finds_it(drawn):
 def test_an_orthographic_camera_too(drawn):
     camera = hand_scenes.camera((3, -0.5, 1.2), (0, 0, 0.5), (240, 180), ortho=1.3)
     Seen(drawn, SCENE, camera).check()
+
+
+def test_rays_do_not_meet_the_other_side_of_what_they_come_from(device):
+    """An open bowl is seen from both sides, and so the triangle that a ray starts on has another that faces it."""
+    scene = among_things(mirror=hollow(place=(0, 0, 0.6)))
+    renderer = renderer_of(baked(scene, second_order=False))
+    seen = Seen(renderer, scene, hand_scenes.camera((1.6, -0.4, 1.9), (0, 0, 0.4), (120, 90), fov=0.45))
+    renderer.free()
+    both = seen.drawn & seen.truth.hit
+    length = np.linalg.norm(seen.truth.position - seen.origin, axis=1)
+    near = np.linalg.norm(seen.position - seen.origin, axis=1) < 0.01 * length
+    assert both.mean() > 0.5 and not near[both].any()
 
 
 def test_near_things_hide_far_ones(drawn):

@@ -31,13 +31,18 @@ void main()
   weights.z = dot(along, q) / facing;
   float distance_along = dot(v_edge_c, q) / facing;
   weights.x = 1.0 - weights.y - weights.z;
+  float width = texelFetch(normal_tx, pixel, 0).w * frame.options.x;
+  if (!(distance_along > max(SLACK * width, START))) {
+    discard;
+    return;
+  }
   if (any(lessThan(weights, vec3(0.0)))) {
     // Beside the triangle: it may fill a hole between two virtual triangles, behind whatever is met exactly.
     weights = max(weights, vec3(0.0));
     weights /= weights.x + weights.y + weights.z;
     vec3 nearest = v_origin + v_edge_b * weights.y + v_edge_c * weights.z - start;
     distance_along = dot(nearest, along);
-    float width = texelFetch(normal_tx, pixel, 0).w * frame.options.x + direction.w * max(distance_along, 0.0);
+    width += direction.w * max(distance_along, 0.0);
     // What is nearer than a few pixels is beside the ray's own start.
     if (!(length(cross(nearest, along)) <= SLACK * width) || distance_along < 8.0 * width) {
       discard;
@@ -68,6 +73,7 @@ void main()
   vec3 hit_position = origin.xyz + transpose(map_from_world) * (met - start) / (frame.options.x * frame.options.x);
 #endif
 #ifdef MIRRORS
+  mirror_out = vec4(0.0);
   if (seen.a > 0.0) {
     int row = int(texelFetch(vertices_buf, texel_of(int(v_vertices.x + 0.5)), 0).w + 0.5);
     vec3 local = texelFetch(normals_buf, texel_of(int(v_vertices.x + 0.5)), 0).xyz * weights.x +
@@ -78,9 +84,10 @@ void main()
         dot(texelFetch(placing_buf, ivec2(4, row), 0).xyz, local),
         dot(texelFetch(placing_buf, ivec2(5, row), 0).xyz, local));
     vec3 normal = normalize(transpose(map_from_world) * in_map);
-    float width = texelFetch(normal_tx, pixel, 0).w + direction.w * (distance_along / frame.options.x);
-#include "shown"
-    hit_radiance = shown_radiance;
+    float share = min(seen.a, 1.0);
+#include "kept"
+    hit_radiance *= kept_kept;
+    mirror_out = vec4(normal * distance(origin.xyz, hit_position), float(1 + row) + 0.5 * share);
   }
 #endif
 #include "store_answer"
