@@ -1,4 +1,4 @@
-"""Artists' sessions in a real Blender window; see run_window.py, run_light_field.py and run_contact.py. Needs root and the blender-desktop tool."""
+"""Artists' sessions in a real Blender window; see run_window.py, run_light_field.py, run_contact.py and run_virtual.py. Needs root and the blender-desktop tool."""
 
 import json
 import os
@@ -64,3 +64,9 @@ def test_things_that_touch_and_move():
     assert "07-billboards-back" in found["steps"]
     # A map goes along with its object, a billboard is captured again.
     assert "moved=3" in found["depth_maps followed"] and "remade=1" in found["billboards followed"]
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_virtual_objects_follow_what_moves():
+    assert "05-back" in session("run_virtual", "contact.blend", "Suzanne matt")["steps"]
