@@ -281,3 +281,10 @@ CHORD_HIGHER_ORDERS = 1.05
 # Share of a small picture's pixels that show virtual objects, largest difference between scales: float32 decides differently at a
 # silhouette's pixels (5e-3 measured where a wall is a million units off).
 SCALE_DRAWN = 0.02
+
+# core/mirrored_view.py in float64: px of points whose clip w may be a hundredth of their distance (1e-10 measured) ...
+MIRRORED_PIXEL = 1e-6
+# ... entries of poses and clip matrices about 5 from the origin, mirrored twice ...
+MIRRORED_POSE = 1e-12
+# ... and a far distance found again after eight mirrors, relative: each solves the leaning plane once (1e-13 measured).
+MIRRORED_DEPTH = 1e-9

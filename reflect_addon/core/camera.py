@@ -47,7 +47,9 @@ class Camera:
         if self.is_orthographic:
             origin, direction = near, np.broadcast_to([0.0, 0.0, -1.0], near.shape)
         else:
-            origin, direction = np.zeros_like(near), near / np.linalg.norm(near, axis=-1, keepdims=True)
+            # A near plane that leans (core/mirrored_view.py) meets some pixels' lines behind the eye.
+            ahead = np.where(near[:, 2:] > 0, -near, near)
+            origin, direction = np.zeros_like(near), ahead / np.linalg.norm(ahead, axis=-1, keepdims=True)
         rotation = self.world_from_camera[:3, :3]
         return Rays(
             (origin @ rotation.T + self.world_from_camera[:3, 3]).astype(np.float32),
