@@ -288,3 +288,7 @@ MIRRORED_PIXEL = 1e-6
 MIRRORED_POSE = 1e-12
 # ... and a far distance found again after eight mirrors, relative: each solves the leaning plane once (1e-13 measured).
 MIRRORED_DEPTH = 1e-9
+# core/mirror_planes.py: meshes are float32 about their own origin, relative to their size (4e-8 to 2e-7 measured).
+PLANE_FIT = 1e-6
+# core/mirror_outline.py: px^2 of an area counted on a grid of 0.1 px, whose border of up to 200 px is half a cell off (0.9 measured).
+CLIPPED_AREA = 2.0
