@@ -25,6 +25,7 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..part_pieces import half_angle, pieces_of
 from ..rays import Rays
+from ..reflected_surfaces import inputs_of, reflected
 from ..reflector_parts import left_out, part_surface, parts_of
 from ..remake import REFLECTOR, is_rigid, motion, part_of
 from ..settings import Setting
@@ -109,7 +110,7 @@ def bake(job: BakeJob) -> Asset:
         options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order", "grid_share", "grid_tolerance")}
         | {"sees_itself": bool((table[:, PLACE, 3] < 0).any()) or not _is_convex(positions, triangles)},
         settings=dict(job.settings),
-        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *_reflected(job.scene)),
+        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected(job.scene)),
         light_hash=job.scene.light_hash,
     )
 
@@ -199,19 +200,9 @@ def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
     return bool(above.max() <= BULGE * size or above.min() >= -BULGE * size)
 
 
-def _reflected(scene: SceneSnapshot) -> tuple:
-    """The parts of an asset that say whose surfaces are drawn: all that mirrors show, the reflectors themselves as well."""
-    return tuple(part_of(scene, instance, "surface", row) for row, instance in enumerate(_seen(scene)))
-
-
-def _seen(scene: SceneSnapshot) -> list[Instance]:
-    return [i for i in (*scene.instances, *scene.lamps) if i.visible_glossy]
-
-
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
     """Of the reflectors' shapes and of whose surfaces are drawn: nothing else is in an asset."""
-    names = sorted(i.name for i in _seen(scene))
-    return "\0".join([*(scene.meshes[r.mesh].key for r in reflectors), *names])
+    return inputs_of(scene, reflectors)
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
