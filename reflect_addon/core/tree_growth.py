@@ -97,7 +97,7 @@ class _Growth:
             if fate is not None:
                 self.culled[fate] += not last
                 continue
-            share = area(found) * pixel
+            share = min(area(found), area(within)) * pixel  # rounding apart it is no more than its parent's
             node = {
                 "mirror": mirror, "parent": index, "depth": depth + 1, "facing": facing, "polygon": found, "share": share,
                 "weight": weight * _reflectance(self.mirrors[mirror], camera, facing), "window": window_of(found, camera.width, camera.height),
