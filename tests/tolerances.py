@@ -292,3 +292,6 @@ MIRRORED_DEPTH = 1e-9
 PLANE_FIT = 1e-6
 # core/mirror_outline.py: px^2 of an area counted on a grid of 0.1 px, whose border of up to 200 px is half a cell off (0.9 measured).
 CLIPPED_AREA = 2.0
+# core/tree_growth.py: share of 120 x 90 pixels counted by rays through their centres: half of a border of up to 200 px at a time is off
+# by chance, a few pixels in all (4e-4 measured).
+SHARE_COUNTED = 1e-3

@@ -10,7 +10,8 @@ import numpy as np
 
 # An outline has no more corners: one around it is taken that has so many. What is added of a disc is 0.6 % of its area.
 MOST_CORNERS = 24
-# Corners are before the eye when their w is above this share of the outline's largest.
+# Corners are before the eye, and beyond the near plane, when w and z + w are above this share of the outline's largest w: the other side
+# of the pane that a view is made by lies in its near plane, give or take rounding.
 BEFORE = 1e-9
 
 Polygon = tuple[tuple[float, float], ...]  # px, counter-clockwise
@@ -61,7 +62,7 @@ def seen_through(clip: np.ndarray, width: int, height: int, polygon: Polygon) ->
     and beyond the near plane; () for nothing."""
     least = BEFORE * float(np.abs(clip[:, 3]).max())
     corners = [((x + w) * 0.5 * width, (y + w) * 0.5 * height, w, z) for x, y, z, w in clip.tolist()]
-    corners = _cut(corners, (0.0, 0.0, 1.0, 1.0), 0.0)
+    corners = _cut(corners, (0.0, 0.0, 1.0, 1.0), least)
     corners = _cut(corners, (0.0, 0.0, 1.0, 0.0), least)
     for (ax, ay), (bx, by) in zip(polygon, (*polygon[1:], *polygon[:1]), strict=True):
         if len(corners) < 3:

@@ -47,7 +47,7 @@ def planes_of(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
 
 
 def _planes(scene: SceneSnapshot, index: int, reflector: Instance, middles: dict[str, np.ndarray]) -> list[MirrorPlane]:
-    mirrors = np.array([_mirrors(scene.materials[m], reflector) for m in reflector.materials], bool)
+    mirrors = np.array([is_mirror(scene.materials[m], reflector) for m in reflector.materials], bool)
     if not mirrors.any():
         return []
     mesh, slots = scene.meshes[reflector.mesh], scene.slots(reflector)
@@ -78,16 +78,17 @@ def _plane(index: int, surface: Surface, part: np.ndarray, normal: np.ndarray, m
     middle = np.average(surface.corners[part].mean(1), axis=0, weights=surface.area[part])
     corners = corners - np.outer((corners - middle) @ normal, normal)
     world = surface.middle + surface.size * np.vstack([middle[None], hull(corners, normal)])
-    straight, grazing = np.max([_reflectance(m) for m in materials], axis=0)
+    straight, grazing = np.max([reflectance(m) for m in materials], axis=0)
     rough = [m.roughness for m in materials]
     return MirrorPlane(index, world[0], normal, world[1:], float(straight), float(grazing), (min(rough), max(rough)))
 
 
-def _mirrors(material: Material, reflector: Instance) -> bool:
-    return (material.is_reflector or reflector.mark == "YES") and _reflectance(material)[1] > 0
+def is_mirror(material: Material, reflector: Instance) -> bool:
+    """Whether faces of the material mirror: shiny ones, and of a reflector marked by hand all that have a lobe."""
+    return (material.is_reflector or reflector.mark == "YES") and reflectance(material)[1] > 0
 
 
-def _reflectance(material: Material) -> tuple[float, float]:
+def reflectance(material: Material) -> tuple[float, float]:
     """(largest channel straight on, at 90 degrees): shading.reflectance at cosines 1 and 0, tints of a metal's edge aside."""
     dielectric = min(((material.ior - 1) / (material.ior + 1)) ** 2 * max(material.specular_tint), 1.0)
     straight = material.metallic * max(material.base_color) + (1 - material.metallic) * dielectric
