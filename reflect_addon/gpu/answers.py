@@ -50,7 +50,7 @@ class Answers:
         self.gpu, self._textures, self._kernel, self.most_rays = gpu, textures, kernel, most_rays
         self._batch = triangle_batch()
         self.projector = Projector(counts, textures)
-        self.levels = Levels(counts, self._batch)
+        self.levels = Levels(counts, textures, self._batch)
         self._fills: dict[tuple[int, str | None, bool, Callable], tuple[Asset, Fill]] = {}
 
     def keep_only(self, assets):

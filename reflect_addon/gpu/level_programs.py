@@ -1,9 +1,16 @@
-"""The programs of mirrored views (levels.py): surfaces that carry their light, and a view's picture as its mirror's answer."""
+"""The programs of mirrored views (levels.py): surfaces that carry their light, the sky behind them, and a view's picture as its mirror's
+answer."""
 
 from ..core import spaces
-from .fill import RAYS, stored
-from .program import ProgramInfo
-from .view import VIEW_BLOCK
+from ..core.asset import Asset
+from ..core.kernel import emit_glsl, record
+from ..core.methods import environment
+from .background import FULLSCREEN
+from .counts import Counts
+from .device import ensure
+from .fill import RAYS, TextureCache, stored
+from .program import ProgramInfo, call_text, program
+from .view import VIEW_BLOCK, View
 
 SURFACE = ProgramInfo(
     name="reflect_level_surface",
@@ -22,13 +29,50 @@ def shown_in(beside: str | None) -> ProgramInfo:
     outputs, text = stored(beside)
     return ProgramInfo(
         name="reflect_shown_in_mirror",
-        vertex="fullscreen.vert.glsl",
         fragment="shown_in_mirror.frag.glsl",
-        attributes=(("FLOAT", "unused"),),
         uniforms=(("VEC4", "plane_origin"), ("VEC4", "plane_normal"), ("FLOAT", "sizes_per_metre")),
         samplers=tuple(("FLOAT_2D", name) for name in (*RAYS, "picture_tx", "place_tx")),
         outputs=(("VEC4", "radiance_out"), *outputs),
         generated=(("store_answer", text),),
         defines=(("STATUS_HIT", f"{spaces.STATUS_HIT:.1f}"),),
         depth="ANY",
+        **FULLSCREEN,
     )
+
+
+class Sky:
+    """What an asset of `environment` shows by direction, drawn where a view has no surface."""
+
+    def __init__(self, asset: Asset, textures: TextureCache, counts: Counts):
+        self.counts = counts
+        kernel = emit_glsl(record(environment.trace, asset), ("radiance",), "sky", push_bytes=0)
+        self._images = {sampler: textures.texture(name, asset.images[name]) for name, sampler in kernel.images.items()}
+        self._block, self._name = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)), kernel.block_name
+        ray = {"origin": "vec3(0.0)", "direction": "direction", "width": "0.0", "spread": "view.frame.y"}
+        self._program = program(
+            ProgramInfo(
+                name="reflect_level_sky",
+                fragment="level_sky.frag.glsl",
+                blocks=(VIEW_BLOCK, (kernel.typedef, kernel.block_type, kernel.block_name)),
+                uniforms=(("MAT4", "rel_from_clip"), ("VEC2", "pixel")),
+                samplers=tuple(("FLOAT_2D", sampler) for sampler in self._images),
+                outputs=SURFACE.outputs,
+                generated=(("kernel", kernel.source), ("call", call_text(kernel, ray, "sky_"))),
+                defines=(("FAR", f"{spaces.FAR:.1f}"),),
+                **FULLSCREEN,
+            ),
+            counts,
+        )
+
+    def draw(self, batch, view: View, width: int, height: int):
+        """Into the level's framebuffer, which is bound, at the depth that it is cleared to."""
+        shader = self._program
+        shader.bind()
+        shader.block("view", view.buffer)
+        shader.block(self._name, self._block)
+        shader.set("rel_from_clip", view.rel_from_clip)
+        shader.set("pixel", (2.0 / width, 2.0 / height))
+        for sampler, texture in self._images.items():
+            shader.image(sampler, texture)
+        shader.draw(batch)
+        self.counts.passes += 1

@@ -1,4 +1,4 @@
-"""The scene's surfaces with what they send out, drawn into mirrored views, and its lamps."""
+"""What mirrored views show: the scene's surfaces with what they send out, and the sky behind them; and its lamps."""
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from ..core.view_cull import may_be_seen
 from ..core.virtual_lamps import lamp_rows
 from .counts import Counts
 from .device import ensure
-from .level_programs import SURFACE
+from .fill import TextureCache
+from .level_programs import SURFACE, Sky
 from .program import program
 from .targets import LevelTarget
 from .view import View
@@ -37,14 +38,21 @@ class SurfaceBatch:
 class LevelSurfaces:
     """Of one snapshot; what only moved is uploaded once."""
 
-    def __init__(self, counts: Counts):
+    def __init__(self, counts: Counts, textures: TextureCache, batch):
+        self._textures, self._batch = textures, batch
+        self._sky: tuple[np.ndarray, Sky] | None = None
         self.counts, self.lamps = counts, Lamps(np.zeros((0, 0, 4), np.float32), counts)
         self._baked: tuple[Asset | None, dict[str, SurfaceMesh]] = (None, {})
         self._batches: dict[str, SurfaceBatch] = {}  # by instance
         self._things: list[tuple[SurfaceBatch, np.ndarray, np.ndarray]] = []  # with world_from_object and the corners of its box
 
-    def update(self, scene: SceneSnapshot, surfaces: Asset | None):
-        """Take another snapshot; surfaces: the scene's surface radiance, None: nothing is drawn. ReflectError where it is damaged."""
+    def update(self, scene: SceneSnapshot, surfaces: Asset | None, sky: Asset | None):
+        """Take another snapshot; surfaces: the scene's surface radiance, sky: an asset of `environment`; None: nothing is drawn.
+        ReflectError where it is damaged."""
+        if sky is None:
+            self._sky = None
+        elif self._sky is None or self._sky[0] is not sky.images["radiance_tx"]:
+            self._sky = (sky.images["radiance_tx"], Sky(sky, self._textures, self.counts))
         if self._baked[0] is not surfaces:
             self._baked, self._batches = (surfaces, meshes_of(surfaces) if surfaces is not None else {}), {}
         lamps, kept = {lamp.name for lamp in scene.lamps}, {}
@@ -90,8 +98,10 @@ class LevelSurfaces:
                     shader.set("rel_from_object", view.rel_from_object(world_from_object))
                     shader.draw(held.batch)
                     self.counts.draws += 1
-            gpu.state.scissor_test_set(False)
             gpu.state.face_culling_set("NONE")
+            gpu.state.depth_test_set("LESS_EQUAL")
+            self._sky[1].draw(self._batch, view, target.width, target.height)
+            gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
 
@@ -100,4 +110,4 @@ class LevelSurfaces:
         return self.lamps.bytes + sum(held.bytes for held in self._batches.values())
 
     def free(self):
-        self._baked, self._batches, self._things = (None, {}), {}, []
+        self._baked, self._batches, self._things, self._sky = (None, {}), {}, [], None

@@ -4,7 +4,7 @@ The schedule (core/reflection_tree.py) says which views there are. Where a pictu
 into its level's targets: the surfaces with what they send out, the rays of the reflectors among them, the answers to these (answers.py,
 which calls here for the next level), and what the reflectors make of the answers. Then the pixels of the mirror take the view's
 radiance and places over as their own ray's answer, and the targets are free for the next mirror of the level (Fig 3).
-Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where a view shows nothing, the reflector's kernel answers.
+Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
 from dataclasses import dataclass
@@ -21,6 +21,7 @@ from ..core.snapshot import SceneSnapshot
 from ..core.tree_growth import grow
 from .counts import Counts
 from .device import ensure
+from .fill import TextureCache
 from .level_programs import shown_in
 from .level_surfaces import LevelSurfaces
 from .program import program
@@ -56,9 +57,9 @@ class Level:
 class Levels:
     """The mirrored views of a renderer."""
 
-    def __init__(self, counts: Counts, batch):
+    def __init__(self, counts: Counts, textures: TextureCache, batch):
         self.counts, self._batch, self._view = counts, batch, View()
-        self._surfaces = LevelSurfaces(counts)
+        self._surfaces = LevelSurfaces(counts, textures, batch)
         self._levels: dict[tuple, list[Level]] = {}  # by size and what stands beside radiance
         self._planes: tuple = ()
         self._settings: TreeSettings | None = None
@@ -70,13 +71,14 @@ class Levels:
         """Take another snapshot. Planes are looked for, and surfaces uploaded, where an asset asks for it."""
         self._raymap, self._scene = raymap, snapshot
         own = [asset_of(assets, r) for r in snapshot.reflectors()]
-        chosen = {i for i, asset in enumerate(own) if asset is not None and asset.kind == recursive.NAME and surfaces is not None}
+        chosen = {i: asset for i, asset in enumerate(own) if asset is not None and asset.kind == recursive.NAME and surfaces is not None}
         self._planes, self._settings = (), None
-        self._surfaces.update(snapshot, surfaces if chosen else None)
+        sky = next((recursive.sky_of(asset) for asset in chosen.values()), None)
+        self._surfaces.update(snapshot, surfaces if chosen else None, sky)
         if not chosen:
             self._levels, self.tree = {}, None
             return
-        asked = [own[i].settings for i in chosen]
+        asked = [asset.settings for asset in chosen.values()]
         self._settings = TreeSettings(
             depth=max(int(s["depth"]) for s in asked), least_energy=min(float(s["least_energy"]) for s in asked)
         )

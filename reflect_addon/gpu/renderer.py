@@ -13,6 +13,7 @@ from ..core.asset import Asset
 from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
+from ..core.reflection_tree import Tree
 from ..core.snapshot import SceneSnapshot
 from .answers import Answers
 from .counts import Counts
@@ -264,6 +265,11 @@ class Renderer:
             + self._answers.bytes()
             + sum(t.bytes for t in targets if t is not None)
         )
+
+    @property
+    def mirrored_views(self) -> Tree | None:
+        """The schedule of the last picture's mirrors in mirrors; None where none is drawn."""
+        return self._answers.levels.tree
 
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
         """Vertices of a frame by what is known of them (core/virtual_status.py), searched or interpolated, of what reflectors may show;

@@ -6,6 +6,7 @@ from there, until a depth is reached (3.1, Fig 4). One target per level is enoug
   * Planes are recognised in any mesh (mirror_planes.py), views are cameras (mirrored_view.py), and which of them are worth a picture is
     decided before anything is drawn (reflection_tree.py): by what is seen, how large, and how strong a mirror still is.
   * A level is a picture like the window's (gpu/levels.py), so what is curved is answered in it by its own asset's kernel.
+  * Behind the surfaces of a view is the sky, a map by direction traced with everything hidden: views know that a ray meets nothing.
 Where we depart. The paper fills a mirror beyond the last level with the surface alone; here `layered_distance` answers it, and whatever
 else no view was drawn for, so that the last level does not show (option `endless`; without it as the paper, and as a renderer with
 that many glossy bounces). What is drawn is surface radiance: the paper's fixed-function light has no shadows and no bounces.
@@ -25,7 +26,9 @@ from ..remake import REFLECTOR, part_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
 from ..spaces import STATUS_FELL_BACK
-from . import layered_distance
+from . import environment, layered_distance
+
+_SKY = "sky_"  # before the names of the sky's images and uniforms
 
 NAME = "recursive"
 LABEL = "Recursive Mirrors"
@@ -40,21 +43,30 @@ SETTINGS = {
     "endless": Setting("Endless", "Let distance maps answer mirrors beyond the last level. Without it these show no reflection, as "
                       "a renderer whose glossy bounces end there", advanced=True),
 }  # fmt: skip
-DEFAULTS = {"depth": 3, "least_energy": 1e-4, "endless": True}
+DEFAULTS = {**environment.DEFAULTS, "depth": 3, "least_energy": 1e-4, "endless": True}
 
 
 def bake(job: BakeJob) -> Asset:
-    """What the method needs of a reflector is its mesh; the asset says what was asked for, and whose surfaces are drawn."""
+    """The sky, one for all reflectors; the asset says what was asked for, and whose surfaces are drawn."""
+    if NAME not in job.shared:
+        job.shared[NAME] = environment.capture(job, NAME, tuple(i.object_name for i in (*job.scene.instances, *job.scene.lamps)))
+    sky = job.shared[NAME]
     planes = [plane for plane in drawn_planes(job.scene) if job.scene.reflectors()[plane.reflector].name == job.reflector.name]
     return Asset(
         NAME,
         job.reflector.name,
-        {},
-        uniforms={"planes": float(len(planes))},
+        {_SKY + name: image for name, image in sky.images.items()},
+        uniforms={"planes": float(len(planes)), **{_SKY + name: value for name, value in sky.uniforms.items()}},
         settings=dict(job.settings),
         parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected(job.scene)),
         light_hash=job.scene.light_hash,
     )
+
+
+def sky_of(asset: Asset) -> Asset:
+    """What a view shows where it sees nothing: an asset of `environment`, which shares the asset's image."""
+    images, uniforms = ({n.removeprefix(_SKY): v for n, v in of.items() if n.startswith(_SKY)} for of in (asset.images, asset.uniforms))
+    return Asset(environment.NAME, asset.reflector, images, uniforms)
 
 
 def drawn_planes(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
@@ -63,8 +75,8 @@ def drawn_planes(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
 
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
-    """Of the reflectors' shapes and of whose surfaces are drawn: nothing else is in an asset."""
-    return inputs_of(scene, reflectors)
+    """Of the reflectors' shapes, of whose surfaces are drawn, and of the sky, which is a part of the light."""
+    return "\0".join([scene.light_hash, inputs_of(scene, reflectors)]) if scene.light_hash else ""
 
 
 def report(asset: Asset) -> str:
@@ -76,5 +88,5 @@ def report(asset: Asset) -> str:
 
 
 def trace(k, asset, ray) -> Hit:
-    """What is not drawn: the sky, what is curved or rough, and mirrors beyond the last level (STATUS_FELL_BACK)."""
+    """What is not drawn: what is curved or rough, and mirrors beyond the last level (STATUS_FELL_BACK)."""
     return replace(layered_distance.trace(k, asset, ray), status=STATUS_FELL_BACK)
