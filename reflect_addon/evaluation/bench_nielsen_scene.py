@@ -82,9 +82,12 @@ def mirrors_c() -> bpy.types.Scene:
     ball((-0.9, 0.4, 1.2), 0.6)
     bpy.ops.mesh.primitive_torus_add(major_segments=48, minor_segments=30, major_radius=0.6, minor_radius=0.22, location=(0.9, 0.2, 1.2), rotation=(1.2, 0.4, 0))
     _shiny(bpy.context.object)
-    block((-0.9, 0.4, 0.3), (0.7, 0.7, 0.6), 1)
-    block((0.9, 0.2, 0.2), (0.9, 0.9, 0.4), 4)
-    quad((0, 0, 0), (0, 0, 1), (6, 6), 3)
+    block((0.0, 0.3, 0.25), (2.8, 0.9, 0.5), 1)
+    for number, (place, normal, sides) in enumerate((
+        ((0, 0, 0), (0, 0, 1), (6, 6)), ((0, 3, 1.5), (0, -1, 0), (6, 3)), ((0, 0, 3.05), (0, 0, -1), (6, 6)), ((0, -6, 1.5), (0, 1, 0), (6, 3)),
+        ((-1.6, 2.95, 1.7), (0, -1, 0), (0.9, 1.2)), ((0.2, 2.95, 1.7), (0, -1, 0), (1.4, 0.9)), ((1.9, 2.95, 1.7), (0, -1, 0), (0.9, 1.2)),
+    )):  # fmt: skip
+        quad(place, normal, sides, number)
     look(scene, (0.7, -5.2, 1.9), (0.0, 0.0, 1.2), 30)
     return scene
 

@@ -27,7 +27,7 @@ def test_every_count_of_table_1(found):
 
 def test_a_row_for_each_culling_and_a_table(found):
     names = {r["id"] for r in found if isinstance(r, dict)}
-    assert {f"N-culling-{n}" for n in ("back_faces", "frustum", "window", "area", "energy", "scissor", "pixels")} <= names
+    assert {f"N-culling-{n}" for n in ("back_faces", "frustum", "window", "area", "energy", "scissor", "size", "pixels")} <= names
     (table,) = (r for r in found if isinstance(r, Exhibit))
     assert all(len(line) == len(table.heads) == 5 for line in table.rows)
 
