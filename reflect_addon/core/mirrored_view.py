@@ -77,10 +77,9 @@ def _corner_lines(clip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(4, 4) start and (4, 4) step of the picture's corners: start + depth * step, homogeneous, camera space. Of x, y and w alone."""
     start, step = np.zeros((4, 4)), np.zeros((4, 4))
     start[:, 3], step[:, 2] = 1.0, -1.0
-    for i, corner in enumerate(_CORNERS):
-        rows = clip[:2] - corner[:, None] * clip[3]
-        start[i, :2] = np.linalg.solve(rows[:, :2], -rows[:, 3])
-        step[i, :2] = np.linalg.solve(rows[:, :2], rows[:, 2])
+    rows = clip[:2] - _CORNERS[:, :, None] * clip[3]
+    solved = np.linalg.solve(rows[:, :, :2], np.stack([-rows[:, :, 3], rows[:, :, 2]], -1))
+    start[:, :2], step[:, :2] = solved[:, :, 0], solved[:, :, 1]
     return start, step
 
 

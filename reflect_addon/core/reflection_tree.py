@@ -35,10 +35,11 @@ class Culling:
     area: bool = True
     energy: bool = True
     scissor: bool = True  # a view draws only the pixels where its mirror is seen
+    size: bool = True  # a curved mirror's one view is as large as the mirror is seen
 
 
-NOTHING_CULLED = Culling(False, False, False, False, False, False)
-BACK_FACES_ONLY = Culling(True, False, False, False, False, False)
+NOTHING_CULLED = Culling(False, False, False, False, False, False, False)
+BACK_FACES_ONLY = Culling(True, False, False, False, False, False, False)
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class TreeSettings:
     most: int = 64  # views of a tree
     least_pixels: float = 1.0  # px^2 of the camera's picture
     least_energy: float = 1e-4  # weight times share of the picture
-    side: int = 256  # px of a curved mirror's one view
+    side: int = 256  # px of a curved mirror's one view, at most
     culling: Culling = field(default_factory=Culling)
 
 
@@ -64,6 +65,7 @@ class Node:
     polygon: Polygon  # px of the parent's picture, what is seen of the mirror: exact, within window
     weight: float  # product of reflectances from the eye, this mirror's included
     share: float  # of the camera's picture
+    path: tuple[int, ...]  # mirrors from the eye to this one: what a view is called from frame to frame
     facing: bool = True  # False: from behind, drawn only as back faces are not culled; shows nothing
 
     @property

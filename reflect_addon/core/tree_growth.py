@@ -21,6 +21,7 @@ import numpy as np
 
 from .camera import Camera
 from .curved_views import CurvedMirror, approximate_view, outline_of
+from .map_size import side_of
 from .mirror_outline import Polygon, area, seen_through, window_of
 from .mirror_planes import MirrorPlane
 from .mirrored_view import IN_PLANE, height_of, image_of, mirrored
@@ -28,16 +29,24 @@ from .reflection_tree import BEHIND, COVERED, DEPTH, FAINT, MOST, OUTSIDE, REASO
 
 
 def grow(
-    root: Camera, mirrors: tuple[MirrorPlane | CurvedMirror, ...], settings: TreeSettings, *, depth: int = 0, weight: float = 1.0
+    root: Camera,
+    mirrors: tuple[MirrorPlane | CurvedMirror, ...],
+    settings: TreeSettings,
+    *,
+    before: Tree | None = None,
+    depth: int = 0,
+    weight: float = 1.0,
 ) -> Tree:
-    """The tree of views from a camera. depth: of the root, 1 for the face of a cube map; weight: what its picture counts."""
-    return _Growth(root, tuple(mirrors), settings, depth, weight).tree()
+    """The tree of views from a camera. before: the last frame's, whose maps keep their sizes while they serve; depth: of the root, 1 for
+    the face of a cube map; weight: what its picture counts."""
+    sides = {node.path: node.camera.width for node in before.nodes} if before else {}
+    return _Growth(root, tuple(mirrors), settings, sides, depth, weight).tree()
 
 
 class _Growth:
     """Views are accepted in order of energy, best first; `open` holds those seen and not accepted yet."""
 
-    def __init__(self, root: Camera, mirrors, settings: TreeSettings, depth: int, weight: float):
+    def __init__(self, root: Camera, mirrors, settings: TreeSettings, sides: dict, depth: int, weight: float):
         self.root, self.mirrors, self.settings, self.cull = root, mirrors, settings, settings.culling
         self.planes = [(i, m) for i, m in enumerate(mirrors) if isinstance(m, MirrorPlane)]
         self.curved = [(i, m) for i, m in enumerate(mirrors) if not isinstance(m, MirrorPlane)]
@@ -51,6 +60,7 @@ class _Growth:
         self.number = count()
         self.culled, self.ended = dict.fromkeys(REASONS, 0), []
         self.start = (depth, weight)
+        self.sides = sides
 
     def tree(self) -> Tree:
         depth, weight = self.start
@@ -79,7 +89,10 @@ class _Growth:
         mirror = self.mirrors[node["mirror"]]
         camera = self.root if node["parent"] == ROOT else self.nodes[node["parent"]].camera
         if isinstance(mirror, CurvedMirror):
-            return approximate_view(mirror, camera, self.settings.side)
+            side = self.settings.side
+            if self.cull.size:
+                side = side_of(max(node["window"][2:]), side, self.sides.get(node["path"]))
+            return approximate_view(mirror, camera, side)
         seen = mirrored(camera, mirror) if node["facing"] else image_of(camera, mirror)
         if seen is None and not (self.cull.window or self.cull.frustum):
             return image_of(camera, mirror)  # not seen, and drawn all the same
@@ -89,6 +102,7 @@ class _Growth:
         """Everything that the view shows is opened, ended or culled. by: the mirror it was made by; pixel: a pixel's share."""
         last = depth >= self.settings.depth  # nothing deeper is drawn: what is not seen is not counted as culled
         within = polygon if self.cull.window else _picture(camera)
+        path = () if index == ROOT else self.nodes[index].path
         for mirror, facing, clip, fate in self.looked_at(camera, by, within):
             found: Polygon = within
             if fate is None and clip is not None and (self.cull.window or self.cull.frustum):
@@ -99,7 +113,7 @@ class _Growth:
                 continue
             share = min(area(found), area(within)) * pixel  # rounding apart it is no more than its parent's
             node = {
-                "mirror": mirror, "parent": index, "depth": depth + 1, "facing": facing, "polygon": found, "share": share,
+                "mirror": mirror, "parent": index, "depth": depth + 1, "facing": facing, "polygon": found, "share": share, "path": (*path, mirror),
                 "weight": weight * _reflectance(self.mirrors[mirror], camera, facing), "window": window_of(found, camera.width, camera.height),
             }  # fmt: skip
             energy = node["weight"] * share

@@ -11,6 +11,7 @@ from mirror_views import camera, clip_of, mirror
 from tolerances import SHARE_COUNTED
 
 from reflect_addon.core.curved_views import CurvedMirror, approximate_view, cube_views, outline_of
+from reflect_addon.core.map_size import KEEP, LEAST, STEP, side_of, targets_of
 from reflect_addon.core.reflection_tree import (
     BACK_FACES_ONLY,
     BEHIND,
@@ -38,7 +39,7 @@ def paths_of(tree):
         assert at < i
         while at != ROOT:
             path, at = (tree.nodes[at].mirror, *path), tree.nodes[at].parent
-        assert path not in found and len(path) == node.depth
+        assert path not in found and len(path) == node.depth and node.path == path
         found[path] = node
     return found
 
@@ -294,7 +295,7 @@ def test_a_ball_is_within_its_outline_and_hidden_from_itself(rng):
         (x, y, w, h) = paths[0,].window
         assert flat[:, 0].min() >= x and flat[:, 0].max() <= x + w and flat[:, 1].min() >= y and flat[:, 1].max() <= y + h
         env = approximate_view(ball, view, 64)
-        assert np.linalg.det(env.world_from_camera[:3, :3]) == pytest.approx(1) and tree.nodes[0].drawn == (0, 0, 256, 256)
+        assert np.linalg.det(env.world_from_camera[:3, :3]) == pytest.approx(1) and tree.nodes[0].drawn == (0, 0, tree.nodes[0].camera.width, tree.nodes[0].camera.height)
     within = replace(ball, center=np.array(EYE))
     assert outline_of(within, camera(EYE, (0, 0, 1))) is None
     assert grow(camera(EYE, (0, 0, 1)), [within], SHARP).nodes[0].share == 1
@@ -309,3 +310,39 @@ def test_cube_faces_lie_as_cube_maps_do():
         assert np.all(face == index)
         np.testing.assert_allclose(s, np.broadcast_to(step, (16, 16)), atol=1e-6)
         np.testing.assert_allclose(t, np.broadcast_to(step[:, None], (16, 16)), atol=1e-6)
+
+
+def test_maps_are_as_large_as_seen_and_do_not_pop():
+    ball = CurvedMirror(0, np.array([0.0, 0.0, 0.0]), 0.5, 1.0)
+    sides, tree = [], None
+    for frame in range(60):
+        distance = 6 + 0.05 * np.sin(frame)  # less than the step between sizes
+        tree = grow(camera((0, -distance, 0), (0, 0, 0)), [ball], SHARP, before=tree)
+        sides.append(tree.nodes[0].camera.width)
+    assert len(set(sides[2:])) == 1
+    near = grow(camera((0, -1.5, 0), (0, 0, 0)), [ball], SHARP, before=tree).nodes[0].camera.width
+    far = grow(camera((0, -60, 0), (0, 0, 0)), [ball], SHARP, before=tree).nodes[0].camera.width
+    assert far < sides[0] < near <= 256 and far >= LEAST
+    fixed = grow(camera((0, -60, 0), (0, 0, 0)), [ball], replace(SHARP, culling=replace(Culling(), size=False)))
+    assert fixed.nodes[0].camera.width == 256
+
+
+def test_sizes_go_in_steps_with_hysteresis():
+    steps = sorted({side_of(n, 1000) for n in range(1, 1200)})
+    assert steps[0] == LEAST and steps[-1] == 1000 and all(b / a < STEP * 1.1 for a, b in zip(steps, steps[1:], strict=False))
+    for needed in np.linspace(1, 1000, 333):
+        assert needed <= side_of(needed, 1000) <= max(LEAST, STEP * 1.1 * needed)
+    for low, high in zip(steps, steps[1:], strict=False):
+        assert side_of(low * 1.001, 1000, high) == side_of(low * (KEEP + 0.01), 1000, high) == high
+        assert side_of(low * (KEEP - 0.01), 1000, high) <= low and side_of(high + 1, 2000, low) > low
+    assert side_of(50, 1000, 999) == side_of(50, 1000)  # no step: another picture's
+
+
+def test_a_target_a_level_holds_all_its_views(rng):
+    planes = scattered(rng, 8)
+    tree = grow(camera((0, -2, 1), (0, 0, 0)), planes, SHARP)
+    targets = targets_of(tree)
+    assert len(targets) == tree.levels
+    for node in tree.nodes:
+        assert all(n <= t for n, t in zip(node.drawn[2:], targets[node.depth - 1], strict=True))
+    assert targets_of(tree, targets) == targets
