@@ -3,8 +3,8 @@
 A curved reflector is a ball around it. Its view-dependent map is "a single distorted projection of the reflection as seen from the
 reflecting object in the direction of the virtual viewer" with a high field of view (2.3); its view-independent one is a cube map, in the
 layout of core/spaces.py: faces of a positive axis would be improper cameras, so their x is negated as a mirrored view's is.
-Limits. "The back and parts of the sides of the environment are disregarded" by the one view (2.3). A reflector that is partly planar counts as
-planar; its round part is left to gather methods.
+Limits. "The back and parts of the sides of the environment are disregarded" by the one view (2.3). A reflector that is mostly planar counts as
+planar only; its round part is left to gather methods.
 """
 
 from dataclasses import dataclass
@@ -22,13 +22,15 @@ WIDE = 2.0
 NEAR = 0.05
 # Corners of the polygon around its outline.
 CORNERS = 12
+# A reflector is curved when its planar mirrors are less than this share of its mirroring surface: a kettle is, flat bottom or not.
+MOSTLY = 0.5
 # Share of Schlick's rise towards grazing angles that a ball shows on average: twice the integral of c (1 - c)^5.
 MEAN_RISE = 1 / 21
 
 
 @dataclass(frozen=True)
 class CurvedMirror:
-    """A reflector without a planar mirror."""
+    """A reflector that is mostly curved."""
 
     reflector: int  # into SceneSnapshot.reflectors()
     center: np.ndarray  # (3,) float64 world, m
@@ -43,18 +45,27 @@ class CurvedMirror:
 
 
 def curved_of(scene: SceneSnapshot, planes: tuple[MirrorPlane, ...]) -> tuple[CurvedMirror, ...]:
-    """The reflectors that mirror without a planar mirror, in their order."""
-    planar, found = {plane.reflector for plane in planes}, []
+    """The reflectors that are mostly curved, in their order; planes: planes_of(scene)."""
+    planar, found = np.zeros(len(scene.reflectors())), []
+    for plane in planes:
+        planar[plane.reflector] += _area(plane.outline[None, 0], plane.outline[1:-1], plane.outline[2:])
     for index, reflector in enumerate(scene.reflectors()):
-        shown = [scene.materials[m] for m in reflector.materials if is_mirror(scene.materials[m], reflector)]
-        if index in planar or not shown or not len(points := scene.world_positions(reflector)):
+        mirrors = np.array([is_mirror(scene.materials[m], reflector) for m in reflector.materials], bool)
+        shown = scene.meshes[reflector.mesh].triangles[mirrors[scene.slots(reflector)]]
+        corners = scene.world_positions(reflector)[shown]
+        if not len(shown) or not np.isfinite(corners).all() or planar[index] >= MOSTLY * _area(*np.moveaxis(corners, 1, 0)):
             continue
-        center = points.min(0) / 2 + points.max(0) / 2
-        radius = float(np.linalg.norm(points - center, axis=1).max())
-        if np.isfinite(radius) and radius > 0:
-            straight, grazing = np.max([reflectance(m) for m in shown], axis=0)
-            found.append(CurvedMirror(index, center, radius, float(straight), float(grazing)))
+        low, high = corners.min((0, 1)), corners.max((0, 1))
+        center = low / 2 + high / 2
+        radius = float(np.linalg.norm(corners - center, axis=-1).max())
+        materials = [scene.materials[m] for m, mirror in zip(reflector.materials, mirrors, strict=True) if mirror]
+        straight, grazing = np.max([reflectance(m) for m in materials], axis=0)
+        found.append(CurvedMirror(index, center, radius, float(straight), float(grazing)))
     return tuple(found)
+
+
+def _area(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=-1).sum() / 2)
 
 
 def outline_of(curved: CurvedMirror, camera: Camera) -> np.ndarray | None:

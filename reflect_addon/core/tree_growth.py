@@ -54,6 +54,7 @@ class _Growth:
             self.origin, self.normal = (np.array([getattr(p, name) for _, p in self.planes]) for name in ("origin", "normal"))
             corners = np.concatenate([p.outline for _, p in self.planes])
             self.corners = np.column_stack([corners, np.ones(len(corners))])
+            self.indices = np.array([i for i, _ in self.planes])
             self.first = np.cumsum([0, *(len(p.outline) for _, p in self.planes)])
         self.nodes: list[Node] = []
         self.open: list = []
@@ -103,14 +104,13 @@ class _Growth:
         last = depth >= self.settings.depth  # nothing deeper is drawn: what is not seen is not counted as culled
         within = polygon if self.cull.window else _picture(camera)
         path = () if index == ROOT else self.nodes[index].path
-        for mirror, facing, clip, fate in self.looked_at(camera, by, within):
+        for mirror, facing, clip in self.looked_at(camera, by, within, last):
             found: Polygon = within
-            if fate is None and clip is not None and (self.cull.window or self.cull.frustum):
+            if clip is not None and (self.cull.window or self.cull.frustum):
                 found = seen_through(clip, camera.width, camera.height, within)
-                fate = None if found else COVERED if self.cull.window else OUTSIDE
-            if fate is not None:
-                self.culled[fate] += not last
-                continue
+                if not found:
+                    self.culled[COVERED if self.cull.window else OUTSIDE] += not last
+                    continue
             share = min(area(found), area(within)) * pixel  # rounding apart it is no more than its parent's
             node = {
                 "mirror": mirror, "parent": index, "depth": depth + 1, "facing": facing, "polygon": found, "share": share, "path": (*path, mirror),
@@ -126,25 +126,28 @@ class _Growth:
             else:
                 heapq.heappush(self.open, (-energy, next(self.number), node, pixel))
 
-    def looked_at(self, camera: Camera, by: int | None, within: Polygon):
-        """(mirror, facing, (K, 4) clip coordinates of its outline or None for all of the picture, why it is culled at once or None) of all
-        mirrors but `by`. At once: all corners are on the wrong side of the near plane, of a side of the picture or of the polygon's box."""
+    def looked_at(self, camera: Camera, by: int | None, within: Polygon, last: bool):
+        """(mirror, facing, (K, 4) clip coordinates of its outline or None for all of the picture) of all mirrors but `by` and those culled at
+        once: seen from behind, or with all corners on the wrong side of the near plane, of a side of the picture or of the polygon's box."""
         if self.planes:
             facing = height_of(camera, self.origin, self.normal) > IN_PLANE
             clip = self.corners @ camera.clip_from_world().T
-            outside = self.all_outside(clip, (-1.0, -1.0, 1.0, 1.0)) & self.cull.frustum
             xs, ys = (np.array([p[k] for p in within]) / size * 2 - 1 for k, size in ((0, camera.width), (1, camera.height)))
-            covered = self.all_outside(clip, (xs.min(), ys.min(), xs.max(), ys.max())) & self.cull.window
-            behind = ~facing & self.cull.back_faces
-            for k, (mirror, _) in enumerate(self.planes):
-                if mirror != by:
-                    fate = BEHIND if behind[k] else OUTSIDE if outside[k] else COVERED if covered[k] else None
-                    yield mirror, bool(facing[k]), clip[self.first[k] : self.first[k + 1]], fate
+            left = self.indices != by
+            for reason, culled in (
+                (BEHIND, ~facing & self.cull.back_faces),
+                (OUTSIDE, self.all_outside(clip, (-1.0, -1.0, 1.0, 1.0)) & self.cull.frustum),
+                (COVERED, self.all_outside(clip, (xs.min(), ys.min(), xs.max(), ys.max())) & self.cull.window),
+            ):
+                self.culled[reason] += 0 if last else int((left & culled).sum())
+                left &= ~culled
+            for k in np.flatnonzero(left).tolist():
+                yield self.planes[k][0], bool(facing[k]), clip[self.first[k] : self.first[k + 1]]
         for mirror, curved in self.curved:
             if mirror != by:
                 outline = outline_of(curved, camera)
                 clip = None if outline is None else np.column_stack([outline, np.ones(len(outline))]) @ camera.clip_from_world().T
-                yield mirror, True, clip, None
+                yield mirror, True, clip
 
     def all_outside(self, clip: np.ndarray, box: tuple[float, float, float, float]) -> np.ndarray:
         """(P,) bool: whether all corners of an outline are beyond one side of a box (x, y, x, y) or nearer than the near plane."""

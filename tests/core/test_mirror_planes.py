@@ -10,6 +10,7 @@ from mesh_scenes import MATTE, MIRROR, smooth_mirror, snapshot
 from mirror_views import camera, clip_of, mirror
 from tolerances import CLIPPED_AREA, PLANE_FIT
 
+from reflect_addon.core.curved_views import curved_of
 from reflect_addon.core.mirror_outline import MOST_CORNERS, area, hull, seen_through, window_of
 from reflect_addon.core.mirror_planes import planes_of
 from reflect_addon.core.snapshot import Material
@@ -64,6 +65,20 @@ def test_round_things_have_none_but_their_caps():
     tube = trimesh.creation.cylinder(1, 2, sections=64)
     planes = planes_of(snapshot(tube))
     assert faces_of(planes) == [(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)] and all(len(p.outline) <= MOST_CORNERS for p in planes)
+
+
+def test_what_is_curved():
+    """A tube with caps is curved and has two planar mirrors; a pane and a flat disc are not; a point has no ball."""
+    tube, disc = trimesh.creation.cylinder(1, 2, sections=64), trimesh.creation.cylinder(1, 0.1, sections=64)
+    ball = smooth_mirror(trimesh.creation.icosphere(subdivisions=2, radius=0.5)).apply_translation((3, 2, 1))
+    for shape, curved in ((tube, True), (disc, False), (quad(), False), (ball, True)):
+        scene = snapshot(shape)
+        found = curved_of(scene, planes_of(scene))
+        assert len(found) == curved
+    assert found[0].radius == pytest.approx(0.5) and found[0].specular == pytest.approx(0.8)
+    np.testing.assert_allclose(found[0].center, (3, 2, 1), atol=1e-6)
+    scene = snapshot(smooth_mirror(trimesh.Trimesh(np.zeros((3, 3)), [[0, 1, 2]], process=False)))
+    assert curved_of(scene, ()) == ()
 
 
 def test_only_faces_of_mirror_like_materials_and_one_mirror_for_all_of_a_plane():
