@@ -223,3 +223,33 @@ def test_on_the_floor_places_are_those_of_the_eyes_image(drawn):
     toward = ray_map.origin[mask].astype(np.float64) - eye
     met = eye + toward * (-eye[2] / toward[:, 2:3])
     assert mask.sum() > 500 and np.abs(answer.position[mask] - met).max() < 2e-5
+
+
+def test_the_viewport_shows_the_picture(device):
+    """Two levels drawn while another framebuffer is bound, whose state they leave alone."""
+    renderer = renderer_of(baked(two_mirrors()))
+    screen = device.types.GPUOffScreen(CAMERA.width, CAMERA.height, format="RGBA16F")
+    with screen.bind():
+        framebuffer = device.state.active_framebuffer_get()
+        framebuffer.clear(color=(0, 0, 0, 0), depth=1.0)
+        renderer.draw_overlay(CAMERA)
+        shown = np.array(framebuffer.read_color(0, 0, CAMERA.width, CAMERA.height, 4, 0, "FLOAT").to_list(), np.float32)
+    picture = renderer.picture(CAMERA)
+    inside = picture[..., 3] > 0.5
+    assert inside.sum() > 1000 and np.array_equal(shown[..., 3] > 0.5, inside)
+    assert np.allclose(shown[inside][:, :3], np.clip(picture[inside][:, :3], 0, 1), atol=2e-3)
+    assert renderer.mirrored_views.levels > 1
+    screen.free()
+    renderer.free()
+
+
+def test_attenuation_fades_mirrors_in_mirrors(device):
+    """Each reflection by its own distance: what is far in a mirror is darker with a half distance than without."""
+    from reflect_addon.gpu.renderer import Renderer
+
+    found = baked(two_mirrors())
+    plain, faded = Renderer(found.scene, found.assets, surfaces=found.surfaces), Renderer(found.scene, found.assets, attenuation=1.0, surfaces=found.surfaces)
+    one, other = plain.picture(CAMERA), faded.picture(CAMERA)
+    lit = one[..., :3].max(-1) > 0.05
+    assert lit.sum() > 500 and (other[lit][:, :3].max(-1) < one[lit][:, :3].max(-1)).all()
+    plain.free(), faded.free()
