@@ -143,7 +143,7 @@ class Levels:
         level.picture.clear(window)
         self._surfaces.draw(self._view, camera, level.picture, window)
         last = node.depth >= self._settings.depth and not self._endless
-        if last or not self._raymap.sections:
+        if last or not self._raymap.any_seen(camera, window):
             return
         self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True)
         answer(Seen(camera, level.rays, level.answers, window, index, corner))

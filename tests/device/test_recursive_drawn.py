@@ -188,6 +188,22 @@ def test_a_curved_mirror_in_a_planar_one_is_answered_by_its_own_kernel(device):
     renderer.free()
 
 
+def test_fifty_mirrors_are_bounded_work(device, one_baked, rng):
+    """Panes all over the room, some through each other and edge to edge, to depth 8."""
+    panes = {}
+    for k in range(50):
+        panes[f"M{k}"] = pane(*rng.uniform(0.2, 0.8, 2), rng.uniform((-1.3, -1.5, 0.3), (0.8, 1.5, 1.6)), rng.normal(size=3))
+    from reflect_addon.gpu.renderer import Renderer
+
+    asset = one_baked.assets["Mirror"]
+    asset = replace(asset, settings={**asset.settings, "depth": 8})
+    renderer = Renderer(one_mirror(**panes), {"": asset}, surfaces=one_baked.surfaces)
+    answer, views = renderer.answer(CAMERA), renderer.mirrored_views
+    assert len(views.nodes) <= 64 and views.levels <= 8 and views.culled["most"] > 0  # what is left out is answered by maps
+    assert np.isfinite(answer.radiance).all() and np.isfinite(answer.position).all() and (answer.status == STATUS_HIT).sum() > 1000
+    renderer.free()
+
+
 @pytest.mark.parametrize("x", [-1.5, -1.5 + 1e-7, -1.5 - 1e-7])
 def test_an_eye_in_the_mirrors_plane(drawn, x):
     picture = drawn.answer(hand_scenes.camera((x, -3.0, 1.0), (x + 0.2, 0, 0.9), (96, 64)))
