@@ -176,6 +176,21 @@ def test_what_moves_needs_no_bake(drawn, rng):
     Seen(drawn, scene).check()
 
 
+def test_planes_are_looked_for_when_a_reflector_moves(drawn, monkeypatch):
+    from reflect_addon.core.methods import recursive
+
+    looked = []
+    found = recursive.drawn_planes
+    monkeypatch.setattr(recursive, "drawn_planes", lambda scene: looked.append(scene) or found(scene))
+    shift = np.eye(4)
+    shift[0, 3] = 0.1
+    for name, times in (("Torus", 0), ("Mirror", 1)):
+        moved = tuple(replace(i, world_from_object=shift @ i.world_from_object) if i.name == name else i for i in SCENE.instances)
+        drawn.update(replace(SCENE, instances=moved))
+        assert len(looked) == times
+    Seen(drawn, drawn.snapshot).check()
+
+
 def test_a_curved_mirror_in_a_planar_one_is_answered_by_its_own_kernel(device):
     scene = one_mirror(Second=ball(0.3, (0.0, 0.1, 0.9), 4))
     renderer = renderer_of(baked(scene))
