@@ -281,3 +281,24 @@ CHORD_HIGHER_ORDERS = 1.05
 # Share of a small picture's pixels that show virtual objects, largest difference between scales: float32 decides differently at a
 # silhouette's pixels (5e-3 measured where a wall is a million units off).
 SCALE_DRAWN = 0.02
+
+# core/mirrored_view.py in float64: px of points whose clip w may be a hundredth of their distance (1e-10 measured) ...
+MIRRORED_PIXEL = 1e-6
+# ... entries of poses and clip matrices about 5 from the origin, mirrored twice ...
+MIRRORED_POSE = 1e-12
+# ... and a far distance found again after eight mirrors, relative: each solves the leaning plane once (1e-13 measured).
+MIRRORED_DEPTH = 1e-9
+# core/mirror_planes.py: meshes are float32 about their own origin, relative to their size (4e-8 to 2e-7 measured).
+PLANE_FIT = 1e-6
+# core/mirror_outline.py: px^2 of an area counted on a grid of 0.1 px, whose border of up to 200 px is half a cell off (0.9 measured).
+CLIPPED_AREA = 2.0
+# core/tree_growth.py: share of 120 x 90 pixels counted by rays through their centres: half of a border of up to 200 px at a time is off
+# by chance, a few pixels in all (4e-4 measured).
+SHARE_COUNTED = 1e-3
+
+# Mirrored views. Share of pixels beside an edge: the rasteriser and Embree cut a pixel's middle from another side.
+RECURSIVE_EDGE = 0.01
+# Of the scene's diagonal, 99 of 100 pixels: float32 places of rays and surfaces, some metres from the origin.
+RECURSIVE_PLACE = 1e-5
+# Surface radiance is refined to 2 % of differences of about 0.3; half of all pixels are nearer.
+RECURSIVE_RADIANCE = 0.02

@@ -11,6 +11,7 @@ from ..core.camera import Camera
 from ..core.kernel import Counts, record, run_numpy
 from ..core.look import Look
 from ..core.rays import Answer, RayMap, Rays
+from ..core.reflection_tree import Tree
 from ..core.snapshot import SceneSnapshot
 from ..core.spaces import FAR, STATUS_HIT
 from ..gpu.timing import Work
@@ -43,6 +44,13 @@ class _Backend:
         return out
 
 
+def tree_words(tree: Tree) -> str:
+    """A sentence on the mirrored views of a frame."""
+    culled = ", ".join(f"{count} {reason}" for reason, count in tree.culled.items() if count)
+    energy = sum(tree.left_out.values())
+    return f"Mirrored views: {len(tree.nodes)} drawn on {tree.levels} levels; not drawn: {culled or 'none'}; energy left out: {energy:.2g}."
+
+
 class NumpyBackend(_Backend):
     """Kernels in NumPy. Its milliseconds are those of the kernels alone, on the CPU."""
 
@@ -52,7 +60,7 @@ class NumpyBackend(_Backend):
     def __init__(self, *args):
         super().__init__(*args)
         if self.surfaces is not None:
-            self.notes += ("Virtual objects are drawn by a GPU alone: this row is what answers where none is drawn.",)
+            self.notes += ("Surfaces are drawn by a GPU alone: this row is what answers where none is drawn.",)
         self.device = f"CPU {platform.machine()}, NumPy {np.__version__}"
         self._work = Counts()
         self._programs = {}
@@ -111,14 +119,15 @@ class GpuBackend(_Backend):
         mask, frame = self.ray_map.covered(), self._renderer.answer(self.camera)
         found = Answer(frame.radiance[mask], frame.coverage[mask], frame.position[mask], frame.status[mask])
         drawn, sky = found.status == STATUS_HIT, np.abs(found.position).max(-1, initial=0) > FAR / 2
-        shares = (100 * part.sum() / max(len(part), 1) for part in (drawn, sky & ~drawn, ~sky & ~drawn))
+        shares = (100 * part.sum() / max(len(part), 1) for part in (drawn & ~sky, sky, ~sky & ~drawn))
         before = self._renderer.counts()["searches"]
         said = ", ".join(f"{count:,} {name}" for name, count in self._renderer.virtual_statuses(self.camera).items())
         searches = self._renderer.counts()["searches"] - before
-        self.notes = (
-            "Of the pixels {:.1f} % show virtual objects, {:.1f} % the sky, {:.1f} % fell back on distance maps.".format(*shares),
-            f"Vertices: {said or 'none'}; {searches:,} searches.",
-        )
+        self.notes = ("Of the pixels {:.1f} % show what is drawn, {:.1f} % the sky, {:.1f} % fell back on distance maps.".format(*shares),)
+        if searches:
+            self.notes += (f"Vertices: {said or 'none'}; {searches:,} searches.",)
+        if (tree := self._renderer.mirrored_views) is not None:
+            self.notes += (tree_words(tree),)
         return found
 
     def _run(self, asset: Asset, rays: Rays) -> Answer:

@@ -95,8 +95,8 @@ def baked(
 def balls(count: int, things: int = 1) -> bpy.types.Scene:
     """A new file: `count` mirror balls (Ball 0, ...) on a ground, seen from above, and `things` - 1 flat glowing squares on
     a ring around all of them: D = things."""
-    scene = _new_file()
-    mirror = _material("Mirror", metallic=1.0)
+    scene = new_file()
+    mirror = material("Mirror", metallic=1.0)
     bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
     bpy.ops.object.shade_smooth()
     first = bpy.context.object
@@ -112,13 +112,13 @@ def balls(count: int, things: int = 1) -> bpy.types.Scene:
     for i in range(things - 1):
         angle = 2 * np.pi * (i + 0.3) / (things - 1)
         square(i, (7.5 * np.cos(angle), 7.5 * np.sin(angle), 0.4 * (i % 3)), angle, 1.2)
-    _look(scene, (0.0, -6.5, 12.0), (0.0, -0.2, 0.0), 50)
+    look(scene, (0.0, -6.5, 12.0), (0.0, -0.2, 0.0), 50)
     return scene
 
 
 def teapots(steps: int = 4) -> tuple[bpy.types.Scene, str]:
     """(a new file with four mirrors on a ground as in Fig 1, what they are)."""
-    scene = _new_file()
+    scene = new_file()
     path = Path(__file__).resolve().parents[2] / "sample_blends" / "teapot_data.py"
     if path.is_file():
         spec = importlib.util.spec_from_file_location("teapot_data", path)
@@ -133,30 +133,32 @@ def teapots(steps: int = 4) -> tuple[bpy.types.Scene, str]:
         mesh, name = made.data, "Suzannes (no teapots at hand)"
         bpy.data.objects.remove(made)
     mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
-    mesh.materials.append(_material("Mirror", metallic=1.0))
+    mesh.materials.append(material("Mirror", metallic=1.0))
     for i, (x, y, degrees) in enumerate(TEAPOTS):
         made = bpy.data.objects.new(f"Teapot {i}", mesh)
         made.location, made.rotation_euler = (x, y, 0.0), (0, 0, np.radians(degrees))
         scene.collection.objects.link(made)
     _ground(30.0, -0.02)
-    _look(scene, (1.2, -17.5, 7.2), (0.0, -0.2, 1.3), 42)
+    look(scene, (1.2, -17.5, 7.2), (0.0, -0.2, 1.3), 42)
     return scene, name
 
 
 def square(number: int, place, angle: float, size: float) -> None:
     """A flat square that glows, turned about the vertical to face the origin."""
     bpy.ops.mesh.primitive_plane_add(size=size, location=place, rotation=(np.pi / 2, 0, angle + np.pi / 2))
-    bpy.context.object.data.materials.append(_material(f"Glow {number}", glow=(number % 2, number % 3 / 2, 1.0)))
+    bpy.context.object.data.materials.append(material(f"Glow {number}", glow=(number % 2, number % 3 / 2, 1.0)))
 
 
-def _new_file() -> bpy.types.Scene:
+def new_file() -> bpy.types.Scene:
+    """An empty file's scene, with a world."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.world = bpy.data.worlds.new("World")
     return scene
 
 
-def _material(name: str, metallic: float = 0.0, glow=None) -> bpy.types.Material:
+def material(name: str, metallic: float = 0.0, glow=None) -> bpy.types.Material:
+    """A mirror (metallic 1) or something dull, which sends out the colour `glow`."""
     made = bpy.data.materials.new(name)
     shader = made.node_tree.nodes["Principled BSDF"]
     shader.inputs["Metallic"].default_value, shader.inputs["Roughness"].default_value = metallic, 1.0 - metallic
@@ -168,10 +170,11 @@ def _material(name: str, metallic: float = 0.0, glow=None) -> bpy.types.Material
 def _ground(size: float, height: float) -> None:
     bpy.ops.mesh.primitive_plane_add(size=size, location=(0, 0, height))
     bpy.context.object.name = "Ground"
-    bpy.context.object.data.materials.append(_material("Ground", glow=(0.3, 0.25, 0.2)))
+    bpy.context.object.data.materials.append(material("Ground", glow=(0.3, 0.25, 0.2)))
 
 
-def _look(scene: bpy.types.Scene, place, at, lens: float) -> None:
+def look(scene: bpy.types.Scene, place, at, lens: float) -> None:
+    """The scene's camera at a place, towards a point; lens in mm."""
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)
     camera.location = place

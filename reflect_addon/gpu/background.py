@@ -11,14 +11,14 @@ from .view import VIEW_BLOCK, View
 # The index that stands for the background in a ray map: of pixels that hold the camera's own ray.
 BACKGROUND = -2
 
-_FULLSCREEN = {"vertex": "fullscreen.vert.glsl", "attributes": (("FLOAT", "unused"),)}
+FULLSCREEN = {"vertex": "fullscreen.vert.glsl", "attributes": (("FLOAT", "unused"),)}
 CAMERA_RAYS = ProgramInfo(
     name="reflect_background_rays",
     fragment="background_rays.frag.glsl",
     blocks=(VIEW_BLOCK,),
     uniforms=(("MAT4", "rel_from_clip"), ("VEC3", "pixel")),
     outputs=RAY_MAP_OUTPUTS,
-    **_FULLSCREEN,
+    **FULLSCREEN,
 )
 # GLSL of a picture's background at a pixel.
 ANSWERED = f"(texelFetch(origin_tx, pixel, 0).w < {BACKGROUND + 0.5}) ? texelFetch(radiance_tx, pixel, 0).rgb : vec3(0.0)"
@@ -46,5 +46,5 @@ def overlay_info(look: str, uniforms, samplers) -> ProgramInfo:
         samplers=(("FLOAT_2D", "origin_tx"), ("FLOAT_2D", "radiance_tx"), *samplers),
         outputs=(("VEC4", "overlay_out"),),
         generated=(("look", look),),
-        **_FULLSCREEN,
+        **FULLSCREEN,
     )

@@ -16,6 +16,9 @@ class Counts:
     readbacks: int = 0  # images read back to the CPU
     searches: int = 0  # of reflection points
     captures: int = 0  # stand-ins drawn again because something moved
+    views: int = 0  # mirrored views drawn
+    views_culled: int = 0  # and not drawn (core/reflection_tree.py)
+    energy_left_out: float = 0.0  # of those, share of the picture's light
 
-    def as_dict(self) -> dict[str, int]:
+    def as_dict(self) -> dict[str, int | float]:
         return asdict(self)

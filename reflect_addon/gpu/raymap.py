@@ -10,6 +10,7 @@ import numpy as np
 from ..core.camera import Camera
 from ..core.shading import roughness_spread
 from ..core.snapshot import Instance, SceneSnapshot
+from ..core.view_cull import may_be_seen
 from .background import draw_camera_rays
 from .counts import Counts
 from .program import Program, ProgramInfo, program
@@ -88,14 +89,18 @@ class RayMapPass:
             id(s.instance): _box_corners(snapshot.world_positions(s.instance)) for s in self.sections
         }
 
-    def draw(self, view: View, target: RayMapTarget, gpu, background=None):
+    def draw(self, view: View, target: RayMapTarget, gpu, background=None, window=None, in_mirrors: bool = False):
         """Occluders into depth, then the reflectors' rays where nothing hides them. background: a full-screen batch: then all
-        other pixels hold the camera's own rays."""
-        target.clear()
+        other pixels hold the camera's own rays. window (x, y, width, height): nothing outside it is touched. in_mirrors: as a mirror
+        sees the scene, without what glossy rays do not meet."""
+        target.clear(window)
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
             gpu.state.face_culling_set("NONE")
+            if window is not None:
+                gpu.state.scissor_set(*window)
+                gpu.state.scissor_test_set(True)
             if background is not None:
                 draw_camera_rays(gpu, background, view, target, self.counts)
             gpu.state.depth_test_set("LESS_EQUAL")
@@ -106,25 +111,35 @@ class RayMapPass:
                 hide.bind()
                 hide.block("view", view.buffer)
                 for instance, first, count in self.hiders:
+                    if in_mirrors and not instance.visible_glossy:
+                        continue
                     hide.set("rel_from_object", view.rel_from_object(instance.world_from_object))
                     hide.draw(self.meshes[instance.mesh].batch, first, count)
                     self.counts.draws += 1
                 gpu.state.color_mask_set(True, True, True, True)
             if self.sections:
-                self.draw_sections(view, program(RAY_MAP, self.counts))
+                self.draw_sections(view, program(RAY_MAP, self.counts), in_mirrors=in_mirrors)
+            gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
 
-    def draw_sections(self, view: View, shader: Program, bind=lambda shader: None):
-        """All reflectors with a program made by surface_info; `bind` sets what else it needs."""
+    def draw_sections(self, view: View, shader: Program, bind=lambda shader: None, in_mirrors: bool = False):
+        """All reflectors with a program made by surface_info; `bind` sets what else it needs; in_mirrors: as in draw."""
         shader.bind()
         shader.block("view", view.buffer)
         bind(shader)
         for s in self.sections:
+            if in_mirrors and not s.instance.visible_glossy:
+                continue
             shader.set("rel_from_object", view.rel_from_object(s.instance.world_from_object))
             shader.set("surface", (s.reflector, s.material, s.roughness_spread, 0.0))
             shader.draw(self.meshes[s.instance.mesh].batch, s.first, s.count)
             self.counts.draws += 1
+
+    def any_seen(self, camera: Camera, window: tuple[int, int, int, int]) -> bool:
+        """Whether window (x, y, width, height) of the camera's picture may show a reflector, beyond the near plane."""
+        boxes = (self._boxes[id(s.instance)] for s in self.sections if s.instance.visible_glossy)
+        return any(box is not None and may_be_seen(camera, box, window) for box in boxes)
 
     def screen_bounds(self, camera: Camera, reflectors) -> tuple[int, int, int, int] | None:
         """(x, y, width, height) px that holds all of these reflectors (a set of indices); None when off screen."""

@@ -5,21 +5,22 @@ after that uploads and compiles nothing.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import lobe_rays, mirrors
-from ..core.asset import Asset, asset_of
+from ..core import lobe_rays
+from ..core.asset import Asset
 from ..core.camera import Camera
 from ..core.look import Look
 from ..core.rays import Answer, RayMap
+from ..core.reflection_tree import Tree
 from ..core.snapshot import SceneSnapshot
-from .background import BACKGROUND
+from .answers import Answers
 from .counts import Counts
 from .device import ensure
-from .fill import Fill, TextureCache
+from .fill import TextureCache
 from .follow import Followed, Followers
+from .levels import Seen
 from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
@@ -27,12 +28,6 @@ from .targets import RayMapTarget, ReflectionTarget
 from .timing import Work
 from .upload import MeshBuffer, read_texture, triangle_batch
 from .view import View
-from .virtual import Projector
-
-# Growth of a footprint by roughness up to which a reflector shows virtual objects: that of mirrors to mirrors.
-SHARPEST = 4.0 * mirrors.ROUGHEST**2
-# Pixels across: what a narrower reflector shows is a blur of colours, which distance maps give as well.
-SMALLEST = 12
 
 
 def registered_kernel(kind: str) -> Callable:
@@ -40,24 +35,6 @@ def registered_kernel(kind: str) -> Callable:
     from ..core import methods
 
     return methods.get(kind).trace
-
-
-def background_kernel(kind: str) -> Callable | None:
-    """The one for a camera's own rays, where a method has another for them."""
-    from ..core import methods
-
-    return getattr(methods.get(kind), "trace_background", None) if kind in methods.names() else None
-
-
-@dataclass(frozen=True)
-class Group:
-    """Neighbouring reflectors answered from one asset in one pass."""
-
-    asset: Asset
-    first: int  # index into SceneSnapshot.reflectors()
-    last: int
-    # Whether some surface sends several rays over its lobe: where that shows, at the outlines of stand-ins.
-    is_rough: bool
 
 
 class Renderer:
@@ -79,19 +56,17 @@ class Renderer:
     ):
         self.gpu = ensure()
         self._counts = Counts()
-        self._kernel, self._resolve_type = kernel, resolve
+        self._resolve_type = resolve
         self.attenuation = attenuation
-        self.most_rays = most_rays
         self._view = View()
         self._batch = triangle_batch()
         self._meshes: dict[str, MeshBuffer] = {}  # by content
         self._textures = TextureCache(self._counts)
         self._followers = Followers(self._counts, self._textures)
         self.followed = Followed()  # what the last update made again
-        self._projector = Projector(self._counts, self._textures)
-        self._fills: dict[tuple[int, str | None, bool, Callable], tuple[Asset, Fill]] = {}
+        self._answers = Answers(self.gpu, self._counts, self._textures, kernel, most_rays)
         self._rays: RayMapTarget | None = None
-        self._answers: dict[str | None, ReflectionTarget] = {}
+        self._targets: dict[str | None, ReflectionTarget] = {}
         self._draws = False  # whether something is drawn into the reflection buffer, which then has depth
         self._look = LookTexture(look or Look(), self._counts)
         self._materials: MaterialTable | None = None
@@ -112,8 +87,7 @@ class Renderer:
         ):
             self.assets = dict(assets)
             changed["assets"] = True
-            used = {id(a) for a in assets.values()}
-            self._fills = {key: value for key, value in self._fills.items() if key[0] in used}
+            self._answers.keep_only(assets.values())
             self._textures.keep_only(assets.values())
         if assets is not None:
             self.surfaces = surfaces
@@ -135,11 +109,10 @@ class Renderer:
             self._materials = MaterialTable(materials, self._counts)
             changed["materials"] = True
         self._plan_resolve()
-        self._groups = self._group_reflectors()
         self.followed = self._followers.update(snapshot, self.assets.values(), self.surfaces)
-        self._projector.update(snapshot, self.assets.values(), self.surfaces)
-        if self._projector.draws != self._draws:
-            self._draws, self._answers = self._projector.draws, {}
+        self._answers.update(snapshot, self.assets, self.surfaces, self._raymap, self._materials)
+        if self._answers.draws != self._draws:
+            self._draws, self._targets = self._answers.draws, {}
         return changed
 
     def set_look(self, look: Look):
@@ -152,20 +125,6 @@ class Renderer:
         plan = ResolvePlan.of(self.snapshot, used, self.attenuation, self._look.look)
         self._resolve = self._resolve_type(plan, self.attenuation, self._counts)
 
-    def _group_reflectors(self) -> list[Group]:
-        groups: list[Group] = []
-        rough = {s.reflector for s in self._raymap.sections if s.roughness_spread > lobe_rays.FINE}
-        for index, instance in enumerate(self.snapshot.reflectors()):
-            asset = asset_of(self.assets, instance)
-            if asset is None:
-                continue
-            is_rough = index in rough and lobe_rays.has_outlines(asset)
-            if groups and groups[-1].asset is asset and groups[-1].last == index - 1:
-                groups[-1] = Group(asset, groups[-1].first, index, groups[-1].is_rough or is_rough)
-            else:
-                groups.append(Group(asset, index, index, is_rough))
-        return groups
-
     def asset_shown(self, asset: Asset) -> Asset:
         """One of this renderer's assets as it stands on the GPU, read back: it may have followed what moved."""
         return self._followers.asset(asset)
@@ -173,10 +132,9 @@ class Renderer:
     def prepare(self, overlay: bool = False):
         """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
         moves."""
-        for group in self._groups:
-            self._fill(group.asset, self._beside(False), group.is_rough)
-            if self._projects(group):
-                self._projector.prepare(group.asset, self._beside(False))
+        self._answers.prepare(self._beside(False))
+        if self._answers.levels.draws:
+            self._resolve.level_program()
         self._followers.prepare(self.surfaces)
         if overlay and self._raymap.sections:
             self._resolve.overlay_program()
@@ -250,45 +208,19 @@ class Renderer:
     def _draw_rays(self, camera: Camera, background: Asset | None = None):
         if self._rays is None or (self._rays.width, self._rays.height) != (camera.width, camera.height):
             self._rays = RayMapTarget(camera.width, camera.height, self._counts)
-            self._answers = {}
+            self._targets = {}
         self._view.set(camera)
         self._raymap.draw(self._view, self._rays, self.gpu, self._batch if background is not None else None)
 
     def _draw_answers(self, camera: Camera, positions: bool, background: Asset | None = None) -> ReflectionTarget:
         beside = self._beside(positions)
-        if beside not in self._answers:
+        if beside not in self._targets:
             size = camera.width, camera.height
-            self._answers[beside] = ReflectionTarget(*size, beside, self._counts, depth=self._draws)
-        target = self._answers[beside]
-        target.clear()
-        for group in self._groups:
-            bounds = self._raymap.screen_bounds(camera, range(group.first, group.last + 1))
-            if bounds is not None:
-                rough = group.is_rough
-                if self._projects(group):
-                    shown = [i for i in self._sharp(group) if self._is_large(camera, i)]
-                    self._projector.draw(camera, self._rays, target, group.asset, shown, bounds)
-                textures = (*self._rays.textures, self._materials.texture) if rough else self._rays.textures[:3]
-                fill, most = self._fill(group.asset, beside, rough), self.most_rays if rough else None
-                fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
-        if background is not None:
-            fill = self._fill(background, beside, kernel=background_kernel(background.kind))
-            fill.draw(self.gpu, self._batch, self._rays.textures[:3], target, BACKGROUND, BACKGROUND)
+            self._targets[beside] = ReflectionTarget(*size, beside, self._counts, depth=self._draws)
+        target = self._targets[beside]
+        self._answers.levels.plan(camera, self._resolve, self.attenuation is not None)
+        self._answers.draw(Seen(camera, self._rays, target), background)
         return target
-
-    def _projects(self, group: Group) -> bool:
-        """Whether virtual objects are drawn for it."""
-        return self._draws and self._projector.has(group.asset)
-
-    def _sharp(self, group: Group) -> list[int]:
-        """The reflectors of a group that are smooth enough for virtual objects, which know one ray a pixel."""
-        sharp = {s.reflector for s in self._raymap.sections if s.roughness_spread <= SHARPEST}
-        return sorted(sharp & set(range(group.first, group.last + 1)))
-
-    def _is_large(self, camera: Camera, reflector: int) -> bool:
-        """Whether a reflector may cover enough of the picture to be worth the search for virtual vertices."""
-        bounds = self._raymap.screen_bounds(camera, {reflector})
-        return bounds is not None and min(bounds[2:]) >= SMALLEST
 
     def _bounds(self, camera: Camera) -> tuple[int, int, int, int] | None:
         """What all reflectors together may cover; see RayMapPass.screen_bounds."""
@@ -297,13 +229,6 @@ class Renderer:
     def _beside(self, positions: bool) -> str | None:
         """What the reflection buffer holds beside radiance: attenuation needs no more than a distance."""
         return "position" if positions else "distance" if self.attenuation is not None else None
-
-    def _fill(self, asset: Asset, beside: str | None, rough: bool = False, kernel: Callable | None = None) -> Fill:
-        kernel = kernel or self._kernel(asset.kind)
-        key = (id(asset), beside, rough, kernel)
-        if key not in self._fills:
-            self._fills[key] = (asset, Fill(asset, kernel, beside, self._textures, rough))
-        return self._fills[key][1]
 
     # What it costs.
 
@@ -332,35 +257,40 @@ class Renderer:
 
     def bytes(self) -> int:
         """Memory on the GPU: meshes, assets' images, buffers; without the shaders."""
-        targets = [self._rays, *self._answers.values()]
+        targets = [self._rays, *self._targets.values()]
         return (
             sum(m.bytes for m in self._meshes.values())
             + self._textures.bytes()
             + self._followers.bytes()
-            + self._projector.bytes()
+            + self._answers.bytes()
             + sum(t.bytes for t in targets if t is not None)
         )
+
+    @property
+    def mirrored_views(self) -> Tree | None:
+        """The schedule of the last picture's mirrors in mirrors; None where none is drawn."""
+        return self._answers.levels.tree
 
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
         """Vertices of a frame by what is known of them (core/virtual_status.py), searched or interpolated, of what reflectors may show;
         `counts` has all searches of this frame."""
-        self._projector.tally = found = {}
+        self._answers.projector.tally = found = {}
         try:
             self.answer(camera, positions=False)
         finally:
-            self._projector.tally = None
+            self._answers.projector.tally = None
         return found
 
     def shader_source(self, asset: Asset, positions: bool = False) -> str:
         """The emitted kernel of an asset as this renderer compiles it."""
-        return self._fill(asset, self._beside(positions)).source
+        return self._answers.fill(asset, self._beside(positions)).source
 
     def free(self):
         """Let go of every texture and buffer. It cannot draw afterwards; shaders stay in the session's cache."""
         self.gpu.shader.unbind()
-        self._meshes, self._fills, self._answers = {}, {}, {}
+        self._meshes, self._targets = {}, {}
         self._rays = self._raymap = self._materials = self._look = self._resolve = None
         self._followers.free()
-        self._projector.free()
+        self._answers.free()
         self._textures.keep_only(())
 

@@ -160,6 +160,13 @@ class Resolve:
         self._bind(shader, rays, answer, materials)
         look.bind(shader)
 
+    def level_program(self) -> Program:
+        """What reflectors add to a mirrored view (levels.py)."""
+        return self._program((), self._level_info)
+
+    def bind_level(self, shader: Program, rays, answer, materials):
+        self._bind(shader, rays, answer, materials)
+
     def _bind(self, shader: Program, rays: RayMapTarget, answer: ReflectionTarget, materials: MaterialTable):
         for name in ("origin_tx", "material_tx"):
             shader.image(name, getattr(rays, name))
@@ -239,6 +246,19 @@ class Resolve:
             samplers=samplers,
             outputs=(("VEC4", "picture_out"),),
             generated=generated + (("develop", body),),
+        )
+
+    def _level_info(self) -> ProgramInfo:
+        generated, uniforms, samplers = self._shared()
+        return ProgramInfo(
+            name="reflect_level_light",
+            vertex="fullscreen.vert.glsl",
+            fragment="level_light.frag.glsl",
+            attributes=(("FLOAT", "unused"),),
+            uniforms=uniforms,
+            samplers=samplers,
+            outputs=(("VEC4", "light_out"),),
+            generated=generated,
         )
 
     def _background_info(self) -> ProgramInfo:

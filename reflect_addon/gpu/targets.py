@@ -32,8 +32,11 @@ class RayMapTarget:
         self.bytes = width * height * (3 * 16 + 8 + 4)
         counts.allocations += 1
 
-    def clear(self):
-        """No reflector anywhere, nothing in front of anything."""
+    def clear(self, window=None):
+        """No reflector anywhere, nothing in front of anything; only within window (x, y, width, height) where there is one."""
+        if window is not None:
+            _clear(self.framebuffer, window, (0.0, 0.0, 0.0, -1.0))
+            return
         self.origin_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, -1.0))
         self.direction_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
         self.normal_tx.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
@@ -81,7 +84,11 @@ class ReflectionTarget:
         self.bytes = width * height * ((8 if radiance_format == "RGBA16F" else 16) + more)
         counts.allocations += 1
 
-    def clear(self):
+    def clear(self, window=None):
+        """Nothing answered; only within window (x, y, width, height) where there is one."""
+        if window is not None:
+            _clear(self.framebuffer, window, (0.0, 0.0, 0.0, 0.0))
+            return
         for texture in (self.radiance_tx, self.position_tx):
             if texture is not None:
                 texture.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
@@ -90,3 +97,35 @@ class ReflectionTarget:
         if self.depth_tx is not None:
             with self.framebuffer.bind():
                 self.framebuffer.clear(depth=1.0)
+
+
+class LevelTarget:
+    """The picture of a mirrored view: color_tx (RGBA16F, alpha 1 where there is something) and place_tx (RGBA32F, xyz world)."""
+
+    def __init__(self, width: int, height: int, counts: Counts):
+        gpu = ensure()
+        check_size("mirrored view", width, height)
+        self.width, self.height = width, height
+        self.color_tx = gpu.types.GPUTexture((width, height), format="RGBA16F")
+        self.place_tx = gpu.types.GPUTexture((width, height), format="RGBA32F")
+        self._depth_tx = gpu.types.GPUTexture((width, height), format="DEPTH_COMPONENT32F")
+        for texture in (self.color_tx, self.place_tx):
+            texture.filter_mode(False)
+        self.framebuffer = gpu.types.GPUFrameBuffer(depth_slot=self._depth_tx, color_slots=(self.color_tx, self.place_tx))
+        self.lit = gpu.types.GPUFrameBuffer(color_slots=(self.color_tx,))  # light is added to what is there
+        self.bytes = width * height * (8 + 16 + 4)
+        counts.allocations += 1
+
+    def clear(self, window):
+        """Nothing within window (x, y, width, height)."""
+        _clear(self.framebuffer, window, (0.0, 0.0, 0.0, 0.0))
+
+
+def _clear(framebuffer, window, color):
+    """All attachments within window; depth is farthest."""
+    state = ensure().state
+    with framebuffer.bind():
+        state.scissor_set(*window)
+        state.scissor_test_set(True)
+        framebuffer.clear(color=color, depth=1.0)
+        state.scissor_test_set(False)

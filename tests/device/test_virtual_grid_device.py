@@ -51,7 +51,7 @@ class OnePiece:
     """The ball's only piece as the last frame left it, and its search in NumPy."""
 
     def __init__(self, renderer, found):
-        self.projector = renderer._projector
+        self.projector = renderer._answers.projector
         (self.held,), (asset,) = self.projector._parts.values(), found.assets.values()
         (self.piece,) = virtual_objects.parts_in(asset)
         self.mesh, self.space = self.projector.scene.mesh, self.held.space
@@ -172,7 +172,7 @@ def test_only_an_asset_that_asks_makes_tables(device, ball_baked, way):
     for name, options in (("none", {}), (way, WAYS[way])):
         renderer = renderer_of(asking(ball_baked, **options))
         renderer.prepare()
-        sizes[name] = renderer.bytes(), renderer.counts()["uploads"], len(renderer._projector._grids)
+        sizes[name] = renderer.bytes(), renderer.counts()["uploads"], len(renderer._answers.projector._grids)
         renderer.free()
     assert sizes["none"][2] == 0 and sizes[way][2] == 1
     assert sizes[way][0] > sizes["none"][0] and sizes[way][1] > sizes["none"][1]

@@ -47,7 +47,8 @@ def test_a_damaged_file_is_a_sentence(tmp_path, content):
         report([tmp_path], tmp_path / "out")
 
 
-def test_a_paper_without_methods_is_a_sentence(tmp_path):
+def test_a_paper_without_methods_is_a_sentence(tmp_path, monkeypatch):
+    monkeypatch.setattr(bench, "PAPERS", {"popescu": (lambda progress: [],)})
     with pytest.raises(ReflectError, match="nielsen"):
         bench.bench("nielsen", tmp_path, print)
     assert not (tmp_path / "targets.json").exists()

@@ -26,10 +26,21 @@ from types import ModuleType
 
 from .. import settings, surface_radiance
 from ..errors import ReflectError
-from . import billboards, box_proxy, depth_maps, distance_map, environment, layered_distance, light_field, sphere_proxy, virtual_objects
+from . import (
+    billboards,
+    box_proxy,
+    depth_maps,
+    distance_map,
+    environment,
+    layered_distance,
+    light_field,
+    recursive,
+    sphere_proxy,
+    virtual_objects,
+)
 
 # In the order in which people meet them: each repairs what the one before leaves out.
-_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field, virtual_objects)
+_ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field, virtual_objects, recursive)
 _METHODS = {m.NAME: m for m in _ALL}
 
 

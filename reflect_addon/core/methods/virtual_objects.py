@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import reflector_map
+from .. import reflected_surfaces, reflector_map
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
@@ -35,8 +35,7 @@ from . import layered_distance
 NAME = "virtual_objects"
 LABEL = "Virtual Objects"
 REQUIRES = (layered_distance.NAME,)
-# As fine as the reflectors see them, cut along steps (surface_radiance.py).
-SURFACES = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000}
+SURFACES = reflected_surfaces.SETTINGS
 SETTINGS = {
     "map_texels": Setting("Map Texels", "Texels along an edge of the maps of a reflector's own shape. More place reflections on finer "
                           "shapes", low=16, high=1024, power_of_two=True),
@@ -109,7 +108,7 @@ def bake(job: BakeJob) -> Asset:
         options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order", "grid_share", "grid_tolerance")}
         | {"sees_itself": bool((table[:, PLACE, 3] < 0).any()) or not _is_convex(positions, triangles)},
         settings=dict(job.settings),
-        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *_reflected(job.scene)),
+        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected_surfaces.parts(job.scene)),
         light_hash=job.scene.light_hash,
     )
 
@@ -199,19 +198,9 @@ def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
     return bool(above.max() <= BULGE * size or above.min() >= -BULGE * size)
 
 
-def _reflected(scene: SceneSnapshot) -> tuple:
-    """The parts of an asset that say whose surfaces are drawn: all that mirrors show, the reflectors themselves as well."""
-    return tuple(part_of(scene, instance, "surface", row) for row, instance in enumerate(_seen(scene)))
-
-
-def _seen(scene: SceneSnapshot) -> list[Instance]:
-    return [i for i in (*scene.instances, *scene.lamps) if i.visible_glossy]
-
-
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
     """Of the reflectors' shapes and of whose surfaces are drawn: nothing else is in an asset."""
-    names = sorted(i.name for i in _seen(scene))
-    return "\0".join([*(scene.meshes[r.mesh].key for r in reflectors), *names])
+    return reflected_surfaces.inputs_of(scene, reflectors)
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:

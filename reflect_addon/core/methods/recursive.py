@@ -1,0 +1,91 @@
+"""`recursive`: planar mirrors drawn by mirrored views, and mirrors in them by views of views [nielsen-2002].
+
+Problem. A flat mirror shows the scene as sharply as it is seen without one, and mirrors that it shows as sharply again: no stand-in does.
+Idea. A planar mirror's picture is the scene drawn by the eye's mirror image; where that picture shows a planar mirror, the same is done
+from there, until a depth is reached (3.1, Fig 4). One target per level is enough, since a picture is used as soon as it is made (Fig 3).
+  * Planes are recognised in any mesh (mirror_planes.py), views are cameras (mirrored_view.py), and which of them are worth a picture is
+    decided before anything is drawn (reflection_tree.py): by what is seen, how large, and how strong a mirror still is.
+  * A level is a picture like the window's (gpu/levels.py), so what is curved is answered in it by its own asset's kernel.
+  * Behind the surfaces of a view is the sky, a map by direction traced with everything hidden: views know that a ray meets nothing.
+Where we depart. The paper fills a mirror beyond the last level with the surface alone; here `layered_distance` answers it, and whatever
+else no view was drawn for, so that the last level does not show (option `endless`; without it as the paper, and as a renderer with
+that many glossy bounces). What is drawn is surface radiance: the paper's fixed-function light has no shadows and no bounces.
+Limits. Colours are surface radiance: what is glossy looks the same from everywhere. Mirrors of a roughness above mirrors.ROUGHEST are left to
+distance maps, others are drawn as if they were smooth.
+"""
+
+from dataclasses import replace
+
+from .. import reflected_surfaces
+from ..asset import Asset
+from ..job import BakeJob
+from ..kernel import Hit
+from ..mirror_planes import MirrorPlane, planes_of
+from ..mirrors import ROUGHEST
+from ..remake import REFLECTOR, part_of
+from ..settings import Setting
+from ..snapshot import Instance, SceneSnapshot
+from ..spaces import STATUS_FELL_BACK
+from . import environment, layered_distance
+
+_SKY = "sky_"  # before the names of the sky's images and uniforms
+
+NAME = "recursive"
+LABEL = "Recursive Mirrors"
+REQUIRES = (layered_distance.NAME,)
+SURFACES = reflected_surfaces.SETTINGS
+SETTINGS = {
+    "depth": Setting("Depth", "Mirrors in mirrors that are drawn: 1 is what the eye sees in a mirror, each one more what is seen in "
+                     "mirrors there. Distance maps answer what lies beyond", low=1, soft_high=8),
+    "least_energy": Setting("Least Energy", "Share of the picture's light below which a mirror in a mirror is left to distance maps: its "
+                            "share of the picture times the reflectances on the way to it", high=1.0, advanced=True),
+    "endless": Setting("Endless", "Let distance maps answer mirrors beyond the last level. Without it these show no reflection, as "
+                      "a renderer whose glossy bounces end there", advanced=True),
+}  # fmt: skip
+DEFAULTS = {**environment.DEFAULTS, "depth": 3, "least_energy": 1e-4, "endless": True}
+
+
+def bake(job: BakeJob) -> Asset:
+    """The sky, one for all reflectors; the asset says what was asked for, and whose surfaces are drawn."""
+    if NAME not in job.shared:
+        job.shared[NAME] = environment.capture(job, NAME, tuple(i.object_name for i in (*job.scene.instances, *job.scene.lamps)))
+    sky = job.shared[NAME]
+    planes = [plane for plane in drawn_planes(job.scene) if job.scene.reflectors()[plane.reflector].name == job.reflector.name]
+    return Asset(
+        NAME,
+        job.reflector.name,
+        {_SKY + name: image for name, image in sky.images.items()},
+        uniforms={"planes": float(len(planes)), **{_SKY + name: value for name, value in sky.uniforms.items()}},
+        settings=dict(job.settings),
+        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected_surfaces.parts(job.scene)),
+        light_hash=job.scene.light_hash,
+    )
+
+
+def sky_of(asset: Asset) -> Asset:
+    """What a view shows where it sees nothing: an asset of `environment`, which shares the asset's image."""
+    images, uniforms = ({n.removeprefix(_SKY): v for n, v in of.items() if n.startswith(_SKY)} for of in (asset.images, asset.uniforms))
+    return Asset(environment.NAME, asset.reflector, images, uniforms)
+
+
+def drawn_planes(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
+    """The planar mirrors that are smooth enough for a view."""
+    return tuple(plane for plane in planes_of(scene) if plane.roughness[1] <= ROUGHEST)
+
+
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
+    """Of the reflectors' shapes, of whose surfaces are drawn, and of the sky, which is a part of the light."""
+    return "\0".join([scene.light_hash, reflected_surfaces.inputs_of(scene, reflectors)]) if scene.light_hash else ""
+
+
+def report(asset: Asset) -> str:
+    """How much of a reflector views are drawn for."""
+    count = int(asset.uniforms["planes"])
+    if not count:
+        return "No part of it is a smooth planar mirror: distance maps answer alone."
+    return "One planar mirror is drawn." if count == 1 else f"{count} planar mirrors are drawn, each where its front is seen."
+
+
+def trace(k, asset, ray) -> Hit:
+    """What is not drawn: what is curved or rough, and mirrors beyond the last level (STATUS_FELL_BACK)."""
+    return replace(layered_distance.trace(k, asset, ray), status=STATUS_FELL_BACK)

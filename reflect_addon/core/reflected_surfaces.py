@@ -1,0 +1,23 @@
+"""Whose surfaces are drawn by methods that draw the reflected scene (SURFACES): all that mirrors show, reflectors themselves as well."""
+
+from .asset import Part
+from .remake import part_of
+from .snapshot import Instance, SceneSnapshot
+
+# Of surface_radiance.py: as fine as the reflectors see them, cut along steps. The same for all such methods, which share one asset.
+SETTINGS = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000}
+
+
+def parts(scene: SceneSnapshot) -> tuple[Part, ...]:
+    """The parts of an asset that say whose surface radiance is baked with it."""
+    return tuple(part_of(scene, instance, "surface", row) for row, instance in enumerate(_seen(scene)))
+
+
+def inputs_of(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
+    """What an asset depends on that holds the reflectors' shapes and whose surfaces are drawn, and nothing else."""
+    names = sorted(i.name for i in _seen(scene))
+    return "\0".join([*(scene.meshes[r.mesh].key for r in reflectors), *names])
+
+
+def _seen(scene: SceneSnapshot) -> list[Instance]:
+    return [i for i in (*scene.instances, *scene.lamps) if i.visible_glossy]

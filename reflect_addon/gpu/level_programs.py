@@ -1,0 +1,78 @@
+"""The programs of mirrored views (levels.py): surfaces that carry their light, the sky behind them, and a view's picture as its mirror's
+answer."""
+
+from ..core import spaces
+from ..core.asset import Asset
+from ..core.kernel import emit_glsl, record
+from ..core.methods import environment
+from .background import FULLSCREEN
+from .counts import Counts
+from .device import ensure
+from .fill import RAYS, TextureCache, stored
+from .program import ProgramInfo, call_text, program
+from .view import VIEW_BLOCK, View
+
+SURFACE = ProgramInfo(
+    name="reflect_level_surface",
+    vertex="level_surface.vert.glsl",
+    fragment="level_surface.frag.glsl",
+    attributes=(("VEC3", "position"), ("VEC3", "radiance")),
+    varyings=(("smooth", "VEC3", "v_rel_P"), ("smooth", "VEC3", "v_radiance")),
+    blocks=(VIEW_BLOCK,),
+    uniforms=(("MAT4", "rel_from_object"),),
+    outputs=(("VEC4", "color_out"), ("VEC4", "place_out")),
+)
+
+
+def shown_in(beside: str | None) -> ProgramInfo:
+    """A view's picture into a reflection buffer of this kind (targets.ReflectionTarget)."""
+    outputs, text = stored(beside)
+    return ProgramInfo(
+        name="reflect_shown_in_mirror",
+        fragment="shown_in_mirror.frag.glsl",
+        uniforms=(("VEC4", "plane_origin"), ("VEC4", "plane_normal"), ("FLOAT", "sizes_per_metre"), ("VEC2", "offset")),
+        samplers=tuple(("FLOAT_2D", name) for name in (*RAYS, "picture_tx", "place_tx")),
+        outputs=(("VEC4", "radiance_out"), *outputs),
+        generated=(("store_answer", text),),
+        defines=(("STATUS_HIT", f"{spaces.STATUS_HIT:.1f}"),),
+        depth="ANY",
+        **FULLSCREEN,
+    )
+
+
+class Sky:
+    """What an asset of `environment` shows by direction, drawn where a view has no surface."""
+
+    def __init__(self, asset: Asset, textures: TextureCache, counts: Counts):
+        self.counts = counts
+        kernel = emit_glsl(record(environment.trace, asset), ("radiance",), "sky", push_bytes=0)
+        self._images = {sampler: textures.texture(name, asset.images[name]) for name, sampler in kernel.images.items()}
+        self._block, self._name = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)), kernel.block_name
+        ray = {"origin": "vec3(0.0)", "direction": "direction", "width": "0.0", "spread": "view.frame.y"}
+        self._program = program(
+            ProgramInfo(
+                name="reflect_level_sky",
+                fragment="level_sky.frag.glsl",
+                blocks=(VIEW_BLOCK, (kernel.typedef, kernel.block_type, kernel.block_name)),
+                uniforms=(("MAT4", "rel_from_clip"), ("VEC2", "pixel")),
+                samplers=tuple(("FLOAT_2D", sampler) for sampler in self._images),
+                outputs=SURFACE.outputs,
+                generated=(("kernel", kernel.source), ("call", call_text(kernel, ray, "sky_"))),
+                defines=(("FAR", f"{spaces.FAR:.1f}"),),
+                **FULLSCREEN,
+            ),
+            counts,
+        )
+
+    def draw(self, batch, view: View, width: int, height: int):
+        """Into the level's framebuffer, which is bound, at the depth that it is cleared to."""
+        shader = self._program
+        shader.bind()
+        shader.block("view", view.buffer)
+        shader.block(self._name, self._block)
+        shader.set("rel_from_clip", view.rel_from_clip)
+        shader.set("pixel", (2.0 / width, 2.0 / height))
+        for sampler, texture in self._images.items():
+            shader.image(sampler, texture)
+        shader.draw(batch)
+        self.counts.passes += 1
