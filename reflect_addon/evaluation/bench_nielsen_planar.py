@@ -32,7 +32,8 @@ SIZE, SAMPLES = (160, 90), 64  # px; Cycles' paths a ray
 HIT, FLIP, RMSE = 0.001, 0.05, 0.1  # the issue's, of a first-order mirror; RMSE over environment's
 DEEP_FLIP = 0.07  # the issue's, at every depth
 DEPTHS = (2, 3, 4, 5, 6, 7, 8)
-COARSE = {"resolution": 64, "samples": 4}  # maps that answer nothing of what depths are judged by
+# Of the maps, which answer nothing of what is judged but environment's own row; how surfaces and views are made is left as it is by default.
+MAPS = {"resolution": 128, "samples": 4, "sky_error": 0}
 TURNS = 5
 GROWTH = 1.1  # how much more than the views time may grow: what ratios of one run scatter by
 SHOWN = (2, 8)  # depths that are shown
@@ -74,7 +75,7 @@ def first_order(progress) -> list:
     """N-planar-*: one mirror, default settings."""
     scene = rooms.one_mirror()
     with temporary_folder("reflect-bench-") as folder, open_frame(scene, None) as snapshot:
-        baked = _bake(scene, snapshot, (environment.NAME, recursive.NAME), folder, None, lambda share, text: progress(0.7 * share, text))
+        baked = _bake(scene, snapshot, (environment.NAME, recursive.NAME), folder, MAPS, lambda share, text: progress(0.7 * share, text))
         progress(0.7, "the truth")
         judged = judge(scene, snapshot, SIZE, folder, None, SAMPLES, "gpu", lambda share, text: None)
         answers = [_run(judged, one).answer() for one in baked]
@@ -98,7 +99,7 @@ def deeper(scene: bpy.types.Scene, depths: tuple[int, ...], progress, size=SIZE,
     """rows: for each depth (FLIP, FLIP of two truths, views, frame's time over the first depth's); pictures: of depths SHOWN."""
     rows, pictures, runs = [], [], []
     with temporary_folder("reflect-bench-") as folder, open_frame(scene, None) as snapshot:
-        (baked,) = _bake(scene, snapshot, (recursive.NAME,), folder, COARSE, lambda share, text: progress(0.5 * share, text))
+        (baked,) = _bake(scene, snapshot, (recursive.NAME,), folder, MAPS, lambda share, text: progress(0.5 * share, text))
         for number, depth in enumerate(depths):
             progress(0.5 + 0.4 * number / len(depths), f"depth {depth}")
             scene.cycles.glossy_bounces = depth - 1

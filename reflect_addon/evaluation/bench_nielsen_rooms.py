@@ -6,6 +6,7 @@ lit the same whatever the limit of glossy bounces, and depths can be compared wi
 """
 
 import bpy
+from mathutils import Vector
 
 from .bench_mirrors_scene import look, material, new_file
 from .bench_nielsen_scene import panel
@@ -13,7 +14,7 @@ from .bench_nielsen_scene import panel
 SIDE, HEIGHT = 5.0, 3.0  # m
 WALL, THINGS = 0.1, 0.35  # m: from a wall to the mirror's front; half a thing
 ACROSS = (3.6, 2.2)  # m, a mirror
-COLOURS = ((0.7, 0.25, 0.2), (0.25, 0.6, 0.3), (0.25, 0.35, 0.75), (0.75, 0.7, 0.4))
+GREY, COLOURS = (0.6, 0.58, 0.55), ((0.7, 0.25, 0.2), (0.25, 0.6, 0.3), (0.25, 0.35, 0.75), (0.75, 0.7, 0.4))
 
 
 def one_mirror() -> bpy.types.Scene:
@@ -46,13 +47,15 @@ def _room() -> bpy.types.Scene:
     """Walls, a lamp, a ball, a block and a tall post on a floor."""
     scene = new_file()
     scene.cycles.caustics_reflective = False
-    half, middle = SIDE / 2, HEIGHT / 2
+    half, middle, tall, flat = SIDE / 2, HEIGHT / 2, (SIDE, HEIGHT), (SIDE, SIDE)
     walls = (
-        ((0, 0, 0), (SIDE, SIDE, 0)), ((0, 0, HEIGHT), (SIDE, SIDE, 0)), ((0, half, middle), (SIDE, 0, HEIGHT)),
-        ((0, -half, middle), (SIDE, 0, HEIGHT)), ((half, 0, middle), (0, SIDE, HEIGHT)), ((-half, 0, middle), (0, SIDE, HEIGHT)),
+        ((0, 0, 0), (0, 0, 1), flat), ((0, 0, HEIGHT), (0, 0, -1), flat), ((0, half, middle), (0, -1, 0), tall),
+        ((0, -half, middle), (0, 1, 0), tall), ((half, 0, middle), (-1, 0, 0), tall), ((-half, 0, middle), (1, 0, 0), tall),
     )  # fmt: skip
-    for number, (place, sides) in enumerate(walls):
-        _box(place, [s or 0.02 for s in sides], (0.6, 0.58, 0.55) if number < 2 else COLOURS[number - 2])
+    for number, (place, normal, sides) in enumerate(walls):
+        bpy.ops.mesh.primitive_plane_add(size=1, location=place, rotation=Vector(normal).to_track_quat("Z", "Y").to_euler())
+        bpy.context.object.scale = (*sides, 1)
+        _dull(GREY if number < 2 else COLOURS[number - 2])
     _box((-1.0, 0.4, THINGS), (2 * THINGS, 2 * THINGS, 2 * THINGS), (0.8, 0.5, 0.15))
     _box((1.3, 1.0, 0.8), (0.3, 0.3, 1.6), (0.2, 0.55, 0.7))
     bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=THINGS, location=(0.3, -0.3, THINGS))
