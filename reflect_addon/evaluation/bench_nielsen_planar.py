@@ -28,11 +28,12 @@ from .frame import open_frame
 from .maps import difference_map
 from .pictures import placed
 
-SIZE, SAMPLES, CLOSE = (160, 90), 64, 256  # px; Cycles' paths a ray, of depths and of one mirror, where noise of 64 would be half of what is allowed
+# px; Cycles' paths a ray, of depths and of one mirror, where noise of 64 would be more than half of what is allowed.
+SIZE, SAMPLES, CLOSE = (160, 90), 64, 256
 HIT, FLIP, RMSE = 0.001, 0.05, 0.1  # the issue's, of a first-order mirror; RMSE over environment's
 DEEP_FLIP = 0.07  # the issue's, at every depth
 DEPTHS = (2, 3, 4, 5, 6, 7, 8)
-# Of the maps, which answer nothing of what is judged but environment's own row; how surfaces and views are made is left as it is by default.
+# Of the maps, which answer nothing of what is judged but environment's own picture; surfaces and views are made as by default.
 MAPS = {"resolution": 128, "samples": 4, "sky_error": 0}
 TURNS = 5
 GROWTH = 1.1  # how much more than the views time may grow: what ratios of one run scatter by
@@ -45,7 +46,11 @@ def measure(progress) -> list:
     lines, pictures, views, times = [], [], [], []
     for number, (name, build) in enumerate((("facing", rooms.facing), ("angle", rooms.angle))):
         start = 0.3 + 0.35 * number
-        found = deeper(build(), DEPTHS, lambda share, text, start=start, name=name: progress(start + 0.35 * share, f"nielsen, {name}: {text}"))
+
+        def tell(share: float, text: str, start=start, name=name):
+            return progress(start + 0.35 * share, f"nielsen, {name}: {text}")
+
+        found = deeper(build(), DEPTHS, tell)
         flips, floors, count, ratio = (list(column) for column in zip(*found["rows"], strict=True))
         rows.append(
             row(f"N-depth-{name}", flips, [DEEP_FLIP] * len(flips), max(flips) <= DEEP_FLIP,
@@ -54,7 +59,8 @@ def measure(progress) -> list:
         )  # fmt: skip
         views.append(count)
         times.append(ratio)
-        lines += [(name, str(d), *(f"{v:.3f}" for v in (f, o)), str(n), f"{t:.2f}") for d, f, o, n, t in zip(DEPTHS, flips, floors, count, ratio, strict=True)]
+        columns = zip(DEPTHS, flips, floors, count, ratio, strict=True)
+        lines += [(name, str(d), f"{flip:.3f}", f"{floor:.3f}", str(n), f"{time:.2f}") for d, flip, floor, n, time in columns]
         pictures += [(f"{name}, {caption}", picture) for caption, picture in found["pictures"]]
     return [*rows, *_work(views, times), _exhibit(lines, pictures)]
 
@@ -75,7 +81,8 @@ def first_order(progress) -> list:
     """N-planar-*: one mirror, default settings."""
     scene = rooms.one_mirror()
     with temporary_folder("reflect-bench-") as folder, open_frame(scene, None) as snapshot:
-        baked = _bake(scene, snapshot, (environment.NAME, recursive.NAME), folder, MAPS, lambda share, text: progress(0.7 * share, text))
+        names = environment.NAME, recursive.NAME
+        baked = _bake(scene, snapshot, names, folder, MAPS, lambda share, text: progress(0.7 * share, text))
         progress(0.7, "the truth")
         judged = judge(scene, snapshot, SIZE, folder, None, CLOSE, "gpu", lambda share, text: None)
         answers = [_run(judged, one).answer() for one in baked]
@@ -90,7 +97,8 @@ def first_order(progress) -> list:
         row("N-planar-hit", hit, HIT, hit <= HIT, f"hit_p95, of the scene's diagonal. {what}."),
         row("N-planar-flip", flip, FLIP, flip <= FLIP,
             f"FLIP; two truths differ by {floor:.3f}, and surfaces took {seconds:.1f} s to bake. {what}."),
-        row("N-planar-rmse", ratio, RMSE, ratio <= RMSE, f"RMSE of radiance over environment's: {errors[1]:.3g} over {errors[0]:.3g}. {what}."),
+        row("N-planar-rmse", ratio, RMSE, ratio <= RMSE,
+            f"RMSE of radiance over environment's: {errors[1]:.3g} over {errors[0]:.3g}. {what}."),
         Exhibit("What one planar mirror shows", f"{what}.", pictures=tuple(_pictures(judged, picture, "one mirror"))),
     ]  # fmt: skip
 
@@ -124,7 +132,8 @@ def ending_at(baked: Baked, depth: int) -> Baked:
 
 def _bake(scene, snapshot, names, folder, settings, progress) -> list[Baked]:
     """What each of the methods draws from."""
-    bake_assets(snapshot, names, folder, settings=settings, tracer=partial(trace, scene=scene), progress=lambda s, t: progress(s, t) or True)
+    tracer = partial(trace, scene=scene)
+    bake_assets(snapshot, names, folder, settings=settings, tracer=tracer, progress=lambda share, text: progress(share, text) or True)
     return [baked_in(folder, snapshot, name) for name in names]
 
 
