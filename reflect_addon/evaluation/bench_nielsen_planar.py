@@ -1,8 +1,9 @@
 """Targets of nielsen-2002 that are errors: what planar mirrors show against Cycles, first order and mirrors in mirrors to depth 8.
 
-The first is one mirror at default settings, beside what an environment map makes of it. Depths are judged with `endless` off, as the paper
-and renderers end: the rays judged are those that left a mirror, so depth d is Cycles with d - 1 more glossy bounces. A room is baked once: depth
-and `endless` decide only what is drawn. A frame's time, over that of the first depth, may grow no faster than the number of its views.
+The first is one mirror at default settings, beside what an environment map makes of it. Depths are judged with `endless` off, as the
+paper and renderers end: the rays judged are those that left a mirror, so depth d is Cycles with d - 1 more glossy bounces. A room is
+baked once: depth and `endless` decide only what is drawn. A frame's time, over that of the first depth, may grow no faster than the
+number of its views.
 """
 
 from dataclasses import replace
@@ -54,7 +55,7 @@ def measure(progress) -> list:
         flips, floors, count, ratio = (list(column) for column in zip(*found["rows"], strict=True))
         rows.append(
             row(f"N-depth-{name}", flips, [DEEP_FLIP] * len(flips), max(flips) <= DEEP_FLIP,
-                f"FLIP of two mirrors against Cycles with the same limit of glossy bounces, depths {DEPTHS[0]} to {DEPTHS[-1]}, `endless` off; "
+                f"FLIP of two mirrors against Cycles at the same limit of glossy bounces, depths {DEPTHS[0]} to {DEPTHS[-1]}, `endless` off; "
                 f"two truths differ by up to {max(floors):.3f}. {_what()}.")
         )  # fmt: skip
         views.append(count)
@@ -73,7 +74,8 @@ def _work(views: list[list[int]], times: list[list[float]]) -> list[dict]:
     return [
         row("N-depth-views", count.ravel().tolist(), None, True, f"Mirrored views of a frame, those that are seen. {which}."),
         row("N-depth-time", growth.tolist(), allowed.tolist(), bool((growth <= GROWTH * allowed).all()),
-            f"Time of a frame over that of the first depth, against the growth of visible reflections, within {GROWTH - 1:.0%}. {which}, {_what()}."),
+            f"Time of a frame over that of the first depth, against the growth of visible reflections, within {GROWTH - 1:.0%}. "
+            f"{which}, {_what()}."),
     ]  # fmt: skip
 
 
