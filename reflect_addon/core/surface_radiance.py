@@ -60,7 +60,7 @@ def bake(
     soup = soup_of(scene, instances)
     lift = LIFT * max(scene.diagonal(), 1e-30)
 
-    is_lamp, center, lamp_lift = _lamps(scene, instances)
+    is_lamp, center, lamp_lift, through = _lamps(scene, instances)
     mirrors = {k: mirror for k, i in enumerate(instances) if (mirror := mirror_of(scene, i))}
     samples = int(settings["surface_samples"])
 
@@ -68,9 +68,10 @@ def bake(
         off = np.maximum(lift, LIFT_ROUNDING * np.abs(points).max(-1, keepdims=True))
         above = np.maximum(off, lamp_lift[owner])
         shines = np.flatnonzero(is_lamp[owner])
-        # Of a lamp's rim half is beside it. It hides nothing: what lies behind it is seen from just below it as well.
+        # Of a lamp's rim half is beside it. It hides nothing: what lies behind it is seen from just below it as well, of a ball, which
+        # shines from inside too, from beyond its other side.
         points = np.where(is_lamp[owner, None], center[owner] + (points - center[owner]) * WITHIN, points)
-        origin = np.concatenate([points + normals * above, (points - normals * off)[shines]])
+        origin = np.concatenate([points + normals * above, (points - normals * (off + through[owner]))[shines]])
         direction = -np.concatenate([normals, normals[shines]])
         rays = Rays(origin.astype(np.float32), direction.astype(np.float32))
         hits = trace(rays, samples=samples)
@@ -101,16 +102,18 @@ def bake(
     return asset_of(scene, meshes, settings)
 
 
-def _lamps(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _lamps(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Of each instance (I,) whether it is a lamp; (I, 3) its centre; (I, 1) m: how far above its mesh rays must start, for its mesh
-    lies inside the true ball (billboard_capture.LAMP_LIFT)."""
-    center, lift = np.zeros((len(instances), 3)), np.zeros((len(instances), 1))
+    lies inside the true ball (billboard_capture.LAMP_LIFT); (I, 1) m: how far below a point of it lies its other side, at least."""
+    center, lift, through = np.zeros((len(instances), 3)), np.zeros((len(instances), 1)), np.zeros((len(instances), 1))
     is_lamp = np.isin([i.name for i in instances], [lamp.name for lamp in scene.lamps])
     for k in np.flatnonzero(is_lamp):
         low, high = scene.bounds([instances[k]])
         center[k] = (low + high) / 2
-        lift[k] = 0.0 if shining(scene, instances[k]).any() else LAMP_LIFT * np.linalg.norm(high - low)
-    return is_lamp, center, lift
+        if not shining(scene, instances[k]).any():
+            through[k] = np.linalg.norm(high - low)
+            lift[k] = LAMP_LIFT * through[k]
+    return is_lamp, center, lift, through
 
 
 def _own_lengths(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> Lengths:

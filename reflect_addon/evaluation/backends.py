@@ -135,6 +135,12 @@ class GpuBackend(_Backend):
 
         return trace_rays(asset, registry.get(asset.kind).trace, rays, 0.0, 0.0, half=True)
 
+    @property
+    def views(self) -> int:
+        """Mirrored views of the picture that was answered or drawn last."""
+        tree = self._renderer.mirrored_views
+        return 0 if tree is None else len(tree.nodes)
+
     def cost(self) -> dict:
         self._renderer.picture(self.camera)  # first: what a new size allocates and compiles is no frame's work
         before = self._renderer.counts()
