@@ -21,6 +21,7 @@ import numpy as np
 
 from .camera import Camera
 from .curved_views import CurvedMirror, approximate_view, outline_of
+from .glossy_window import widened
 from .map_size import side_of
 from .mirror_outline import Polygon, area, seen_through, window_of
 from .mirror_planes import MirrorPlane
@@ -74,7 +75,9 @@ class _Growth:
                 continue
             planar = isinstance(self.mirrors[node["mirror"]], MirrorPlane)
             size = (0, 0, camera.width, camera.height)
-            drawn = node["window"] if planar and self.cull.scissor else size
+            drawn = size
+            if planar and self.cull.scissor:
+                drawn = widened(node["window"], self.mirrors[node["mirror"]].roughness[1], camera)
             made = Node(camera=camera, drawn=drawn, **node)
             self.nodes.append(made)
             polygon, each = made.polygon, pixel
