@@ -1,6 +1,6 @@
 """A camera as numbers: what the ray map and the primary rays of a picture need."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,13 @@ class Camera:
         corners = np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]])
         near = _unproject(np.linalg.inv(self.clip_from_camera), corners, -1.0)
         return near @ self.world_from_camera[:3, :3].T + self.world_from_camera[:3, 3]
+
+    def part(self, x: int, y: int, width: int, height: int) -> "Camera":
+        """The camera of a part of the picture, with the same pixels; the part may reach beyond the picture."""
+        crop = np.eye(4)
+        for axis, (start, side, whole) in enumerate(((x, width, self.width), (y, height, self.height))):
+            crop[axis, axis], crop[axis, 3] = whole / side, (whole - 2 * start) / side - 1
+        return replace(self, clip_from_camera=crop @ self.clip_from_camera, width=width, height=height)
 
     def clip_from_world(self) -> np.ndarray:
         return self.clip_from_camera @ np.linalg.inv(self.world_from_camera)

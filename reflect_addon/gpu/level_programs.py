@@ -30,7 +30,7 @@ def shown_in(beside: str | None) -> ProgramInfo:
     return ProgramInfo(
         name="reflect_shown_in_mirror",
         fragment="shown_in_mirror.frag.glsl",
-        uniforms=(("VEC4", "plane_origin"), ("VEC4", "plane_normal"), ("FLOAT", "sizes_per_metre")),
+        uniforms=(("VEC4", "plane_origin"), ("VEC4", "plane_normal"), ("FLOAT", "sizes_per_metre"), ("VEC2", "offset")),
         samplers=tuple(("FLOAT_2D", name) for name in (*RAYS, "picture_tx", "place_tx")),
         outputs=(("VEC4", "radiance_out"), *outputs),
         generated=(("store_answer", text),),

@@ -4,6 +4,7 @@ The schedule (core/reflection_tree.py) says which views there are. Where a pictu
 into its level's targets: the surfaces with what they send out, the rays of the reflectors among them, the answers to these (answers.py,
 which calls here for the next level), and what the reflectors make of the answers. Then the pixels of the mirror take the view's
 radiance and places over as their own ray's answer, and the targets are free for the next mirror of the level (Fig 3).
+Targets are as large as what is seen of their level's mirrors, in steps: deep in a row of mirrors they are small.
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
@@ -31,6 +32,8 @@ from .view import View
 
 # Of the outline of a mirror's plane, and float32 steps of places: how far from the plane a point of the mirror may be.
 IN_PLANE, STEPS = 2e-3, 2.0**-20
+# Sizes that a target's side may have.
+SIDES = 8
 
 
 @dataclass(frozen=True)
@@ -42,12 +45,14 @@ class Seen:
     target: ReflectionTarget
     window: tuple[int, int, int, int] | None = None  # (x, y, width, height) px: nothing outside it is touched; None: all
     node: int = ROOT  # of the schedule; ROOT: the picture itself
+    corner: tuple[int, int] = (0, 0)  # px of the schedule's picture where this one's pixel (0, 0) is
 
 
 class Level:
-    """The targets of one depth of recursion, for pictures of one size."""
+    """The targets of one depth of recursion. beside: what stands in its reflection buffer beside radiance."""
 
-    def __init__(self, width: int, height: int, beside: str | None, counts: Counts):
+    def __init__(self, size: tuple[int, int], beside: str | None, counts: Counts):
+        self.size, self.beside, (width, height) = size, beside, size
         self.picture = LevelTarget(width, height, counts)
         self.rays = RayMapTarget(width, height, counts)
         self.answers = ReflectionTarget(width, height, beside, counts, depth=True)
@@ -60,7 +65,8 @@ class Levels:
     def __init__(self, counts: Counts, textures: TextureCache, batch):
         self.counts, self._batch, self._view = counts, batch, View()
         self._surfaces = LevelSurfaces(counts, textures, batch)
-        self._levels: dict[tuple, list[Level]] = {}  # by size and what stands beside radiance
+        self._levels: dict[int, Level] = {}  # by depth
+        self._whole = (0, 0)  # px of the picture that the levels were made for
         self._planes: tuple = ()
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
@@ -109,6 +115,7 @@ class Levels:
         self.tree = None
         if self.draws:
             self.tree = grow(camera, self._planes, self._settings)
+            self._make_room(camera)
             self.counts.views += len(self.tree.nodes)
             self.counts.views_culled += sum(self.tree.culled.values())
             self.counts.energy_left_out += sum(self.tree.left_out.values())
@@ -130,17 +137,17 @@ class Levels:
 
     def _draw_view(self, index: int, node: Node, answer):
         """The picture of one view, into its level's targets."""
-        gpu, level, plane = ensure(), self._level(node), self._planes[node.mirror]
-        camera = clear_of(node.camera, plane)
+        level, corner, window = self._levels[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
+        camera = clear_of(node.camera, self._planes[node.mirror]).part(*corner, *level.size)
         self._view.set(camera)
-        level.picture.clear(node.drawn)
-        self._surfaces.draw(self._view, camera, level.picture, node.drawn)
+        level.picture.clear(window)
+        self._surfaces.draw(self._view, camera, level.picture, window)
         last = node.depth >= self._settings.depth and not self._endless
         if last or not self._raymap.sections:
             return
-        self._raymap.draw(self._view, level.rays, gpu, window=node.drawn, in_mirrors=True)
-        answer(Seen(camera, level.rays, level.answers, node.drawn, index))
-        self._light(level, node.drawn)
+        self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True)
+        answer(Seen(camera, level.rays, level.answers, window, index, corner))
+        self._light(level, window)
 
     def _light(self, level: Level, window):
         """Adds what the reflectors of a view make of their answers."""
@@ -162,13 +169,13 @@ class Levels:
     def _take_over(self, node: Node, seen: Seen):
         """The view's radiance and places, as answers to the rays of the mirror's pixels in the picture that shows it."""
         gpu, target, plane = ensure(), seen.target, self._planes[node.mirror]
-        picture = self._level(node).picture
+        picture, (x, y, width, height) = self._levels[node.depth].picture, node.window
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
             gpu.state.depth_test_set("LESS")
             gpu.state.depth_mask_set(True)
-            gpu.state.scissor_set(*node.window)
+            gpu.state.scissor_set(x - seen.corner[0], y - seen.corner[1], width, height)
             gpu.state.scissor_test_set(True)
             shader = program(shown_in(target.beside), self.counts)
             shader.bind()
@@ -177,6 +184,7 @@ class Levels:
             shader.set("plane_origin", (*plane.origin, IN_PLANE * size + STEPS * reach))
             shader.set("plane_normal", (*plane.normal, plane.reflector))
             shader.set("sizes_per_metre", self._per_metre())
+            shader.set("offset", (seen.corner[0] - node.drawn[0], seen.corner[1] - node.drawn[1]))
             for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), seen.rays.textures, strict=False):
                 shader.image(name, texture)
             shader.image("picture_tx", picture.color_tx)
@@ -191,19 +199,24 @@ class Levels:
         """The unit of depth in reflection buffers: the scene's size."""
         return 1.0 / max(self._scene.diagonal(), 1e-30)
 
-    def _level(self, node: Node) -> Level:
-        """Made when the first view of its depth is drawn."""
-        key = node.camera.width, node.camera.height, self._beside
-        if key not in self._levels:
-            self._levels = {k: v for k, v in self._levels.items() if k[:2] == key[:2]}
-        levels = self._levels.setdefault(key, [])
-        while len(levels) < node.depth:
-            levels.append(Level(*key, self.counts))
-        return levels[node.depth - 1]
+    def _make_room(self, camera: Camera):
+        """Targets that hold every view of the tree; sides grow in steps of an eighth of the picture's and never shrink, so that a camera's
+        move seldom makes new ones."""
+        whole = camera.width, camera.height
+        if whole != self._whole:
+            self._levels, self._whole = {}, whole
+        for depth in {node.depth for node in self.tree.nodes}:
+            level = self._levels.get(depth)
+            held = level.size if level else (0, 0)
+            drawn = np.max([node.drawn[2:] for node in self.tree.nodes if node.depth == depth], axis=0)
+            steps = np.maximum(np.ceil(np.array(whole) / SIDES), 1)
+            size = tuple(int(max(h, min(np.ceil(d / s) * s, w))) for h, d, s, w in zip(held, drawn, steps, whole, strict=True))
+            if level is None or size != held or level.beside != self._beside:
+                self._levels[depth] = Level(size, self._beside, self.counts)
 
     def bytes(self) -> int:
         """Memory on the GPU: surfaces, and one set of targets a level."""
-        return self._surfaces.bytes() + sum(level.bytes for levels in self._levels.values() for level in levels)
+        return self._surfaces.bytes() + sum(level.bytes for level in self._levels.values())
 
     def free(self):
         self._levels, self._planes, self._mirrors, self.tree = {}, (), None, None

@@ -1,11 +1,13 @@
-// A mirrored view's picture as the answer to the rays of its mirror: pixel (x, y) of it is what pixel (x, y) of the mirror shows.
+// A mirrored view's picture as the answer to the rays of its mirror: pixel (x, y) of it is what pixel (x, y) of the mirror shows, `offset`
+// aside, since both may be parts of a picture.
 // plane_origin: a point of the mirror's plane, w = how far from it the mirror may be, m; plane_normal: w = the reflector's index.
 // Depth is as for virtual objects (virtual.frag.glsl), so lamps know what is before them.
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 origin = texelFetch(origin_tx, pixel, 0);
-  vec4 seen = texelFetch(picture_tx, pixel, 0);
+  ivec2 texel = pixel + ivec2(floor(offset + 0.5));
+  vec4 seen = texelFetch(picture_tx, texel, 0);
   if (abs(origin.w - plane_normal.w) > 0.5 || seen.a < 0.5) {
     discard;
     return;
@@ -17,7 +19,7 @@ void main()
     return;
   }
   vec3 direction = texelFetch(direction_tx, pixel, 0).xyz;
-  vec3 hit_position = texelFetch(place_tx, pixel, 0).xyz;
+  vec3 hit_position = texelFetch(place_tx, texel, 0).xyz;
   float far = max(dot(hit_position - origin.xyz, direction), 0.0) * sizes_per_metre;
   gl_FragDepth = 0.5 * far / (1.0 + far);
   vec3 hit_radiance = seen.rgb;
