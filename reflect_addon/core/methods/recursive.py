@@ -20,7 +20,6 @@ from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
 from ..mirror_planes import MirrorPlane, planes_of
-from ..mirrors import ROUGHEST
 from ..reflected_surfaces import inputs_of, reflected
 from ..remake import REFLECTOR, part_of
 from ..settings import Setting
@@ -28,6 +27,8 @@ from ..snapshot import Instance, SceneSnapshot
 from ..spaces import STATUS_FELL_BACK
 from . import environment, layered_distance
 
+# Blender's roughness of a plane up to which a view is drawn for it.
+ROUGHEST = 0.6
 _SKY = "sky_"  # before the names of the sky's images and uniforms
 
 NAME = "recursive"

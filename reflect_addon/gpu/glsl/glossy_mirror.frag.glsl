@@ -1,32 +1,36 @@
 // What a rough planar mirror shows: the mean of several rays over its lobe, each followed across the picture of the mirror's view
 // (core/mirror_march.py) and answered by `answer`, the emitted kernel of the mirror's asset, where that does not show what it meets.
 // A pixel that needs one ray shows the picture's own, as shown_in_mirror.frag.glsl does.
-// mirror: x = reflector's index, y = sizes per metre (see there), z = most rays, w = growth of the footprint that makes fill_rough's count of one.
+// sizes_per_metre, offset: see there; window: px of the view's picture that were drawn; rays_for: x = most rays, y = the footprint's growth over
+// that which one ray may have here.
 #include "kernel"
 #include "march"
 #include "lobe"
-#include "of_mirror"
+#include "of_mirror_lib.glsl"
 
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 origin = texelFetch(origin_tx, pixel, 0);
   vec4 normal = texelFetch(normal_tx, pixel, 0);
-  vec4 seen = texelFetch(picture_tx, pixel, 0);
+  ivec2 texel = pixel + ivec2(floor(offset + 0.5));
+  vec4 seen = texelFetch(picture_tx, texel, 0);
   if (!of_mirror(origin, normal.xyz) || seen.a < 0.5) {
     discard;
     return;
   }
   vec4 mirrored = texelFetch(direction_tx, pixel, 0);
-  vec3 place = texelFetch(place_tx, pixel, 0).xyz;
+  vec3 place = texelFetch(place_tx, texel, 0).xyz;
   float width = normal.w;
   float added = texelFetch(materials_tx, ivec2(2, int(texelFetch(material_tx, pixel, 0).r + 0.5)), 0).y;
   float rays;
-  rays_of_lobe(added * mirror.w, mirror.z, rays);
+  rays_of_lobe(added * rays_for.y, rays_for.x, rays);
   float spread = sqrt(max(mirrored.w * mirrored.w - added * added, 0.0) + added * added / rays);
   float angle = 6.2831853 * fract(52.9829189 * fract(dot(vec2(pixel), vec2(0.06711056, 0.00583715))));
   vec2 own = vec2(cos(angle), sin(angle));
   vec3 start = origin.xyz - view.eye.xyz;
+  mat4 rows = transpose(view.clip_from_rel);
+  vec2 half_size = 0.5 * vec2(textureSize(picture_tx, 0));
   vec3 radiance = vec3(0.0);
   float total = 0.0, nearness = 0.0;
   for (int i = 0; i < int(rays + 0.5); i++) {
@@ -61,7 +65,7 @@ void main()
   total = max(total, 1.0);
   float mean = total / max(nearness, 1e-20);
   vec3 hit_position = (rays > 1.5) ? origin.xyz + mirrored.xyz * mean : place;
-  float far = ((rays > 1.5) ? mean : max(dot(place - origin.xyz, mirrored.xyz), 0.0)) * mirror.y;
+  float far = ((rays > 1.5) ? mean : max(dot(place - origin.xyz, mirrored.xyz), 0.0)) * sizes_per_metre;
   gl_FragDepth = 0.5 * far / (1.0 + far);
   vec3 hit_radiance = radiance / total;
   float hit_coverage = 1.0;
