@@ -4,8 +4,11 @@ from .asset import Part
 from .remake import part_of
 from .snapshot import Instance, SceneSnapshot
 
+# Of surface_radiance.py: as fine as the reflectors see them, cut along steps. The same for all such methods, which share one asset.
+SETTINGS = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000}
 
-def reflected(scene: SceneSnapshot) -> tuple[Part, ...]:
+
+def parts(scene: SceneSnapshot) -> tuple[Part, ...]:
     """The parts of an asset that say whose surface radiance is baked with it."""
     return tuple(part_of(scene, instance, "surface", row) for row, instance in enumerate(_seen(scene)))
 

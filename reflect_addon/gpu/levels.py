@@ -70,6 +70,7 @@ class Levels:
         self._levels: dict[int, Level] = {}  # by depth
         self._whole = (0, 0)  # px of the picture that the levels were made for
         self._planes: tuple = ()
+        self._looked_for: tuple | None = None  # what planes were looked for in, and those found
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
         self._made_of: tuple = ()
@@ -92,13 +93,23 @@ class Levels:
             depth=max(int(s["depth"]) for s in asked), least_energy=min(float(s["least_energy"]) for s in asked)
         )
         self._endless = any(bool(s["endless"]) for s in asked)
-        self._planes = tuple(plane for plane in recursive.drawn_planes(snapshot) if plane.reflector in chosen)
+        self._planes = tuple(plane for plane in self._planes_of(snapshot) if plane.reflector in chosen)
         # Of what is no mirror to mirrors surface radiance holds all that it shows.
         rows = MaterialTable.rows_of(snapshot)
         for row, material in zip(rows, snapshot.materials, strict=False):
             row[2, 0] *= material.is_reflector and material.roughness <= ROUGHEST
         if self._mirrors is None or not np.array_equal(self._mirrors.rows, rows):
             self._mirrors = MaterialTable(rows, self.counts)
+
+    def _planes_of(self, scene: SceneSnapshot):
+        """Looked for again when a reflector moved or changed: half a second in a kitchen. (Whether somebody looks at a closed mesh from
+        inside is then as it was.)"""
+        key = scene.materials, tuple(
+            (scene.meshes[r.mesh].key, np.asarray(r.world_from_object).tobytes(), r.materials, r.mark) for r in scene.reflectors()
+        )
+        if self._looked_for is None or self._looked_for[0] != key:
+            self._looked_for = key, recursive.drawn_planes(scene)
+        return self._looked_for[1]
 
     @property
     def draws(self) -> bool:
@@ -149,7 +160,7 @@ class Levels:
         level.picture.clear(window)
         self._surfaces.draw(self._view, camera, level.picture, window)
         last = node.depth >= self._settings.depth and not self._endless
-        if last or not self._raymap.sections:
+        if last or not self._raymap.any_seen(camera, window):
             return
         self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True)
         answer(Seen(camera, level.rays, level.answers, window, index, corner))

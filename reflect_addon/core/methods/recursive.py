@@ -16,11 +16,11 @@ distance maps, others are drawn as if they were smooth.
 
 from dataclasses import replace
 
+from .. import reflected_surfaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
 from ..mirror_planes import MirrorPlane, planes_of
-from ..reflected_surfaces import inputs_of, reflected
 from ..remake import REFLECTOR, part_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
@@ -34,8 +34,7 @@ _SKY = "sky_"  # before the names of the sky's images and uniforms
 NAME = "recursive"
 LABEL = "Recursive Mirrors"
 REQUIRES = (layered_distance.NAME,)
-# As fine as the reflectors see them, cut along steps (surface_radiance.py).
-SURFACES = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000}
+SURFACES = reflected_surfaces.SETTINGS
 SETTINGS = {
     "depth": Setting("Depth", "Mirrors in mirrors that are drawn: 1 is what the eye sees in a mirror, each one more what is seen in "
                      "mirrors there. Distance maps answer what lies beyond", low=1, soft_high=8),
@@ -59,7 +58,7 @@ def bake(job: BakeJob) -> Asset:
         {_SKY + name: image for name, image in sky.images.items()},
         uniforms={"planes": float(len(planes)), **{_SKY + name: value for name, value in sky.uniforms.items()}},
         settings=dict(job.settings),
-        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected(job.scene)),
+        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected_surfaces.parts(job.scene)),
         light_hash=job.scene.light_hash,
     )
 
@@ -77,7 +76,7 @@ def drawn_planes(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
     """Of the reflectors' shapes, of whose surfaces are drawn, and of the sky, which is a part of the light."""
-    return "\0".join([scene.light_hash, inputs_of(scene, reflectors)]) if scene.light_hash else ""
+    return "\0".join([scene.light_hash, reflected_surfaces.inputs_of(scene, reflectors)]) if scene.light_hash else ""
 
 
 def report(asset: Asset) -> str:

@@ -19,13 +19,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import reflector_map
+from .. import reflected_surfaces, reflector_map
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
 from ..part_pieces import half_angle, pieces_of
 from ..rays import Rays
-from ..reflected_surfaces import inputs_of, reflected
 from ..reflector_parts import left_out, part_surface, parts_of
 from ..remake import REFLECTOR, is_rigid, motion, part_of
 from ..settings import Setting
@@ -36,8 +35,7 @@ from . import layered_distance
 NAME = "virtual_objects"
 LABEL = "Virtual Objects"
 REQUIRES = (layered_distance.NAME,)
-# As fine as the reflectors see them, cut along steps (surface_radiance.py).
-SURFACES = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000}
+SURFACES = reflected_surfaces.SETTINGS
 SETTINGS = {
     "map_texels": Setting("Map Texels", "Texels along an edge of the maps of a reflector's own shape. More place reflections on finer "
                           "shapes", low=16, high=1024, power_of_two=True),
@@ -110,7 +108,7 @@ def bake(job: BakeJob) -> Asset:
         options={name: job.settings[name] for name in ("search_steps", "paper", "finish", "second_order", "grid_share", "grid_tolerance")}
         | {"sees_itself": bool((table[:, PLACE, 3] < 0).any()) or not _is_convex(positions, triangles)},
         settings=dict(job.settings),
-        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected(job.scene)),
+        parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected_surfaces.parts(job.scene)),
         light_hash=job.scene.light_hash,
     )
 
@@ -202,7 +200,7 @@ def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
     """Of the reflectors' shapes and of whose surfaces are drawn: nothing else is in an asset."""
-    return inputs_of(scene, reflectors)
+    return reflected_surfaces.inputs_of(scene, reflectors)
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
