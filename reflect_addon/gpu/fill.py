@@ -32,12 +32,12 @@ _BESIDE = {
     None: ((), (), "", ("", "")),
     "position": (
         ("position", "status"), (("VEC4", "position_out"),), "  position_out = vec4(hit_position, hit_status);\n",
-        ("  beside += vec4(hit_position, hit_status);\n",
+        ("  beside += weight * vec4(hit_position, hit_status);\n",
          "  position_out = vec4(beside.xyz / total, floor(beside.w / total + 0.5));\n"),
     ),
     "distance": (
         ("position",), (("FLOAT", "distance_out"),), "  distance_out = distance(origin.xyz, hit_position);\n",
-        ("  beside.x += 1.0 / max(distance(origin.xyz, hit_position), 1e-20);\n", "  distance_out = total / max(beside.x, 1e-20);\n"),
+        ("  beside.x += weight / max(distance(origin.xyz, hit_position), 1e-20);\n", "  distance_out = total / max(beside.x, 1e-20);\n"),
     ),
 }  # fmt: skip
 

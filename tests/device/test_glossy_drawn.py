@@ -24,7 +24,7 @@ def lit(position, owner):
 
 
 def floor_and_leg(roughness, paint=lit, **more):
-    floor = pane(8, 8, (0, 0, 0), (0, 0, 1), replace(MIRROR, roughness=roughness))
+    floor = pane(8, 8, (0, 0, 0), (0, 0, 1), replace(MIRROR, roughness=roughness, base_color=(1.0, 1.0, 1.0)))
     leg = trimesh.creation.box((0.25, 0.25, 1.2)).apply_translation((0, 0, 0.6))
     wall = trimesh.creation.box((8, 0.1, 2)).apply_translation((0, 2.5, 1.0))
     return replace(snapshot(floor, Leg=leg, Wall=wall, **more), light_hash="day"), paint

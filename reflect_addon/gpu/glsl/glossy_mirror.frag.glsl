@@ -43,26 +43,26 @@ void main()
       turn = vec2(turn.x * own.x - turn.y * own.y, turn.x * own.y + turn.y * own.x);
       float share = (float(i) + 0.5) / rays;
 #include "lobe_call"
-      if (weight > 0.5) {
+      if (weight > 0.0) {
 #include "march_call"
         met = march_found;
         met_radiance = march_radiance;
         met_distance = march_distance;
       }
     }
-    if (weight > 0.5) {
+    if (weight > 0.0) {
       if (met < 0.5) {
 #include "call"
         met_radiance = hit_radiance * hit_coverage;
         met_distance = distance(hit_position, origin.xyz);
       }
-      radiance += clamp(met_radiance, -65504.0, 65504.0);
-      nearness += 1.0 / max(met_distance, 1e-20);
-      total += 1.0;
+      radiance += weight * clamp(met_radiance, -65504.0, 65504.0);
+      nearness += weight / max(met_distance, 1e-20);
+      total += weight;
     }
   }
   // Of distances the harmonic mean: the sky is infinitely far. One ray's place is the picture's own.
-  total = max(total, 1.0);
+  total = max(total, 1e-6);
   float mean = total / max(nearness, 1e-20);
   vec3 hit_position = (rays > 1.5) ? origin.xyz + mirrored.xyz * mean : place;
   float far = ((rays > 1.5) ? mean : max(dot(place - origin.xyz, mirrored.xyz), 0.0)) * sizes_per_metre;
