@@ -13,11 +13,12 @@ Limits. What the virtual eye does not see is not met, nor what lies beyond the w
 
 from . import spaces
 
-# px of a step, and most steps along a line; longer lines have longer steps, so a leg of two pixels may be missed by them.
-STRIDE, MOST_STEPS = 1.5, 40
-# Halvings of the last step: to a tenth of a pixel from a stride.
-HALVINGS = 4
-# px times the footprint there: a ray that is behind by less has met the surface. A surface at 80 degrees recedes by 6 a pixel.
+# Steps along a line: some, one more for so many px, and no more than that. They grow along it from next to nothing, since a ray that starts beside
+# what it meets has met it within its own pixel; a thing of two pixels may be missed at the end of a long line.
+FEWEST, STRIDE, MOST_STEPS = 8.0, 1.5, 48.0
+# Halvings of the step in which a ray comes to be behind.
+HALVINGS = 6
+# px times the footprint there: a ray that is then behind by less has met the surface. A surface at 76 degrees recedes by 4 a pixel.
 THICK = 4.0
 # Of the ray's depth at its start: a ray that comes towards the eye ends where this is left of it.
 LEAST_DEPTH = 0.02
@@ -65,29 +66,30 @@ def march(k, scope, start, direction, eye, forward, row_x, row_y, row_w, window,
         place = k.fetch(scope.images["place_tx"], at)
         return depth0 + t * rises - k.dot(place.xyz - eye, forward)
 
-    steps = k.name("steps", k.clamp(k.ceil(k.length(line) * (1.0 / STRIDE)), 1.0, float(MOST_STEPS)))
-
-    def step(i, before, before_t, was_hidden, met):
-        u = k.name("u", (i + 1.0) / steps)
-        t = k.name("t", time(u))
-        behind = k.name("behind", behind_by(u, t))
-        thick = k.abs(t - before_t) * k.abs(rises) + THICK * footprint * (w0 + t * dw)
-        passes = (behind >= 0.0) & (was_hidden < 0.5)
-        hits = k.name("hits", passes & (behind <= thick))
-        return (k.select(hits, before, u), k.select(hits, before_t, t), k.select(behind >= 0.0, 1.0, 0.0), k.select(hits, u, met)), hits
-
-    k.cite("along the line, until the ray is a little behind what is seen there")
-    low, _, hidden, met = k.loop(steps, (0.0, 0.0, 0.0, -1.0), step)
+    steps = k.name("steps", k.min(FEWEST + k.ceil(k.length(line) * (1.0 / STRIDE)), MOST_STEPS))
 
     def halve(i, low, high):
         middle = k.name("middle", 0.5 * (low + high))
         past = behind_by(middle, time(middle)) >= 0.0
         return (k.select(past, low, middle), k.select(past, middle, high)), None
 
-    def refined():
-        return (k.loop(HALVINGS, (low, met), halve)[1],)
+    def step(i, before, was_hidden, met):
+        share = (i + 1.0) / steps
+        u = k.name("u", share * share)
+        hidden = k.name("hidden", behind_by(u, time(u)) >= 0.0)
 
-    (at,) = k.branch(met >= 0.0, refined, lambda: (1.0,))
+        def come_behind():
+            low, high = k.loop(HALVINGS, (before, u), halve)
+            t = k.name("t", time(high))
+            thick = (t - time(low)) * k.abs(rises) + THICK * footprint * (w0 + t * dw)
+            return (k.select(behind_by(high, t) <= thick, high, -1.0),)
+
+        (met,) = k.branch(hidden & (was_hidden < 0.5), come_behind, lambda: (-1.0,))
+        return (u, k.select(hidden, 1.0, 0.0), met), met >= 0.0
+
+    k.cite("along the line, until the ray comes to be a little behind what is seen there")
+    _, hidden, met = k.loop(steps, (0.0, 0.0, -1.0), step)
+    at = k.select(met >= 0.0, met, 1.0)
     pixel = k.name("pixel", k.min(from_px + line * at, last))
     seen = k.fetch(scope.images["picture_tx"], pixel)
     place = k.fetch(scope.images["place_tx"], pixel)
