@@ -18,7 +18,7 @@ from .view import VIEW_BLOCK
 # What the pass reads of a ray map, the materials, and of a view's picture.
 SEEN = (*RAYS, "material_tx", "materials_tx", *mirror_march.IMAGES)
 # px of the view that one ray of a lobe stands for.
-FINE = 0.5
+FINE = 0.25
 _MARCH = {
     "start": "start", "direction": "ray_direction", "eye": "view.eye.xyz", "forward": "view.forward.xyz",
     "row_x": "half_size.x * (rows[0] + rows[3])", "row_y": "half_size.y * (rows[1] + rows[3])", "row_w": "rows[3]",
