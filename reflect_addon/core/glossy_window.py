@@ -10,9 +10,9 @@ from .camera import Camera
 
 Window = tuple[int, int, int, int]  # x, y, width, height, px; may reach beyond the picture
 # Radians for each unit of alpha: 2 sqrt(0.9 / 0.1).
-NINE_TENTHS = 6.0
+NINE_TENTHS = 14.0
 # Of the picture's larger side, at most.
-WIDEST = 0.5
+WIDEST = 1.0
 
 
 def widened(window: Window, roughness: float, camera: Camera) -> Window:
