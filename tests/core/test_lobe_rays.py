@@ -77,6 +77,6 @@ def test_grazing_and_null_inputs_are_finite(rng):
         for mirrored in ((1, 0, 0), (1, 0, 1e-8), (0, 0, 1), (0, 0, 0), (0.6, 0, -0.8)):
             for alpha in (0, 1e-8, 1.0):
                 found, weight = lobe_of((0, 0, 1), mirrored, alpha, 16, dtype)
-                assert np.isfinite(found).all() and np.isin(weight, (0, 1)).all()
+                assert np.isfinite(found).all() and (weight >= 0).all() and (weight <= 1).all()
                 if np.any(mirrored):
-                    assert (found[weight == 1, 2] > 0).all()
+                    assert (found[weight > 0, 2] > 0).all()
