@@ -51,7 +51,7 @@ def two_mirrors(place=(1.5, 0, 1.0), toward=(-1, 0, 0)) -> SceneSnapshot:
     return one_mirror(Other=pane(3, 2, place, toward))
 
 
-def baked(scene: SceneSnapshot, **settings) -> Baked:
+def baked(scene: SceneSnapshot, paint=paint, **settings) -> Baked:
     """Assets of all reflectors, joined, and the surfaces."""
     assets = {}
     for reflector in scene.reflectors():

@@ -100,12 +100,12 @@ def _edge(k, a, b):
 def _weight(k, toward, to, normal, half, cosine, alpha):
     """float: what the measure of slopes leaves of the reflection: (h.i) / (n.h n.i) times Smith's G2; 1 straight on."""
     eye, out = k.max(k.dot(toward, normal), GRAZING), k.dot(to, normal)
-    shadow = 1.0 / (1.0 + _lambda(k, eye, alpha) + _lambda(k, k.max(out, GRAZING), alpha))
+    shadow = 1.0 / (1.0 + smith(k, eye, alpha) + smith(k, k.max(out, GRAZING), alpha))
     facet = k.max(k.dot(half, normal), GRAZING)
     return k.select(out > 0.0, shadow * cosine / (facet * eye), 0.0)
 
 
-def _lambda(k, cosine, alpha):
-    """Smith's auxiliary function of GGX [Walter et al. 2007; Heitz 2014]."""
+def smith(k, cosine, alpha):
+    """Smith's auxiliary function of GGX, Lambda [Walter et al. 2007; Heitz 2014]."""
     c2 = cosine * cosine
     return 0.5 * (k.sqrt(1.0 + alpha * alpha * k.max(1.0 - c2, 0.0) / c2) - 1.0)

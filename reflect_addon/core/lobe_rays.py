@@ -12,6 +12,7 @@ Limits. Rays below the surface are dropped, and what several bounces would bring
 import numpy as np
 
 from .asset import Asset
+from .lobe import GRAZING, smith
 
 # Most rays of one pixel: in a picture, and while somebody moves about.
 MOST, LIVE = 64, 16
@@ -43,7 +44,7 @@ def count(k, scope, spread, most):
 
 
 def direction(k, scope, mirrored, normal, alpha, turn, share):
-    """{'direction': vec3, 'weight': float}: a ray of the lobe around the mirror ray; weight 0 below the surface.
+    """{'direction': vec3, 'weight': float}: a ray of the lobe around the mirror ray, and what shadowing leaves of it; 0 below the surface.
 
     turn: cosine and sine of the sample's angle; share: in (0, 1), of the cap that lies above the sample."""
     # A frame around the normal without branches [Duff et al. 2017].
@@ -64,4 +65,7 @@ def direction(k, scope, mirrored, normal, alpha, turn, share):
     half = k.normalize(k.vec3(alpha * half.x, alpha * half.y, k.max(half.z, 1e-6)))
     half = tangent * half.x + bitangent * half.y + normal * half.z
     found = k.normalize(2.0 * k.dot(viewer, half) * half - viewer)
-    return {"direction": found, "weight": k.select(k.dot(found, normal) > 0.0, 1.0, 0.0)}
+    up = k.dot(found, normal)
+    k.cite("Smith's G2 over the G1 of the view, which the sampling has in it")
+    seen_by, left_by = 1.0 + smith(k, k.max(cosine, GRAZING), alpha), smith(k, k.max(up, GRAZING), alpha)
+    return {"direction": found, "weight": k.select(up > 0.0, seen_by / (seen_by + left_by), 0.0)}

@@ -21,10 +21,12 @@ import numpy as np
 
 from .camera import Camera
 from .curved_views import CurvedMirror, approximate_view, outline_of
+from .glossy_window import widened
 from .map_size import side_of
 from .mirror_outline import Polygon, area, seen_through, window_of
 from .mirror_planes import MirrorPlane
 from .mirrored_view import IN_PLANE, height_of, image_of, mirrored
+from .mirrors import ROUGHEST
 from .reflection_tree import BEHIND, COVERED, DEPTH, FAINT, MOST, OUTSIDE, REASONS, ROOT, SMALL, Ended, Node, Tree, TreeSettings
 
 
@@ -55,6 +57,7 @@ class _Growth:
             corners = np.concatenate([p.outline for _, p in self.planes])
             self.corners = np.column_stack([corners, np.ones(len(corners))])
             self.indices = np.array([i for i, _ in self.planes])
+            self.dull = np.array([p.roughness[1] > ROUGHEST for _, p in self.planes])
             self.first = np.cumsum([0, *(len(p.outline) for _, p in self.planes)])
         self.nodes: list[Node] = []
         self.open: list = []
@@ -74,7 +77,9 @@ class _Growth:
                 continue
             planar = isinstance(self.mirrors[node["mirror"]], MirrorPlane)
             size = (0, 0, camera.width, camera.height)
-            drawn = node["window"] if planar and self.cull.scissor else size
+            drawn = size
+            if planar and self.cull.scissor:
+                drawn = widened(node["window"], self.mirrors[node["mirror"]].roughness[1], camera)
             made = Node(camera=camera, drawn=drawn, **node)
             self.nodes.append(made)
             polygon, each = made.polygon, pixel
@@ -133,7 +138,8 @@ class _Growth:
             facing = height_of(camera, self.origin, self.normal) > IN_PLANE
             clip = self.corners @ camera.clip_from_world().T
             xs, ys = (np.array([p[k] for p in within]) / size * 2 - 1 for k, size in ((0, camera.width), (1, camera.height)))
-            left = self.indices != by
+            # What is no mirror to mirrors (mirrors.py) shows its lobe as captured.
+            left = (self.indices != by) & ~(self.dull & (by is not None))
             for reason, culled in (
                 (BEHIND, ~facing & self.cull.back_faces),
                 (OUTSIDE, self.all_outside(clip, (-1.0, -1.0, 1.0, 1.0)) & self.cull.frustum),

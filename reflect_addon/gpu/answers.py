@@ -50,7 +50,7 @@ class Answers:
         self.gpu, self._textures, self._kernel, self.most_rays = gpu, textures, kernel, most_rays
         self._batch = triangle_batch()
         self.projector = Projector(counts, textures)
-        self.levels = Levels(counts, textures, self._batch)
+        self.levels = Levels(counts, textures, self._batch, most_rays)
         self._fills: dict[tuple[int, str | None, bool, Callable], tuple[Asset, Fill]] = {}
 
     def keep_only(self, assets):
@@ -63,7 +63,7 @@ class Answers:
         self._snapshot, self._raymap, self._materials = snapshot, raymap, materials
         self._groups = self._group_reflectors(assets)
         self.projector.update(snapshot, assets.values(), surfaces)
-        self.levels.update(snapshot, assets, surfaces, raymap)
+        self.levels.update(snapshot, assets, surfaces, raymap, materials)
 
     @property
     def draws(self) -> bool:

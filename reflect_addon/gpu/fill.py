@@ -21,7 +21,7 @@ from .timing import Work
 from .upload import read_texture, texture_bytes, texture_from, triangle_batch
 
 _RAY = {"origin": "origin.xyz", "direction": "direction.xyz", "width": "width", "spread": "direction.w"}
-_LOBE_RAY = {"origin": "origin.xyz", "direction": "ray_direction", "width": "width", "spread": "spread"}
+LOBE_RAY = {"origin": "origin.xyz", "direction": "ray_direction", "width": "width", "spread": "spread"}
 # What every fill reads of the ray map.
 RAYS = ("origin_tx", "direction_tx", "normal_tx")
 # Half floats end here; a brighter sun stays a sun instead of becoming infinite.
@@ -32,12 +32,12 @@ _BESIDE = {
     None: ((), (), "", ("", "")),
     "position": (
         ("position", "status"), (("VEC4", "position_out"),), "  position_out = vec4(hit_position, hit_status);\n",
-        ("  beside += vec4(hit_position, hit_status);\n",
+        ("  beside += weight * vec4(hit_position, hit_status);\n",
          "  position_out = vec4(beside.xyz / total, floor(beside.w / total + 0.5));\n"),
     ),
     "distance": (
         ("position",), (("FLOAT", "distance_out"),), "  distance_out = distance(origin.xyz, hit_position);\n",
-        ("  beside.x += 1.0 / max(distance(origin.xyz, hit_position), 1e-20);\n", "  distance_out = total / max(beside.x, 1e-20);\n"),
+        ("  beside.x += weight / max(distance(origin.xyz, hit_position), 1e-20);\n", "  distance_out = total / max(beside.x, 1e-20);\n"),
     ),
 }  # fmt: skip
 
@@ -77,7 +77,7 @@ _kernels: dict[tuple, GlslKernel] = {}  # by all that recording reads, oldest fi
 KEPT = 64  # kernels: all variants of all methods that a window shows in turns
 
 
-def _emitted(trace: Callable, asset: Asset, wanted: tuple[str, ...]) -> GlslKernel:
+def emitted(trace: Callable, asset: Asset, wanted: tuple[str, ...]) -> GlslKernel:
     """The asset's kernel as GLSL. Recording a large one takes half a second, and a window that switches between methods asks
     for the same ones again; it reads names, types and options only, so these say whether it is the same."""
     uniforms = tuple((name, type_of(value)) for name, value in asset.uniforms.items())
@@ -98,7 +98,7 @@ class Fill:
         more, outputs, store, _ = _BESIDE[beside]
         wanted = ("radiance", "coverage", *more)
         self.counts = textures.counts
-        kernel = _emitted(trace, asset, wanted)
+        kernel = emitted(trace, asset, wanted)
         self.source = kernel.source
         self._cache = textures
         self._images = {s: (name, asset.images[name]) for name, s in kernel.images.items()}
@@ -154,22 +154,24 @@ class Fill:
         self.counts.passes += 1
 
 
-def _lobe_calls(kernel, beside: str | None):
-    """What fill_rough.frag.glsl includes."""
+def lobe_parts() -> tuple[tuple[str, str], tuple[str, str]]:
+    """Sources that shaders include: the rays of a lobe, and the call for one of them."""
     rays = emit_glsl(record_function(lobe_rays.count, lobe_rays.COUNT_INPUTS), ("rays",), "rays_of_lobe")
     one = emit_glsl(record_function(lobe_rays.direction, lobe_rays.DIRECTION_INPUTS), ("direction", "weight"), "ray_of_lobe")
     arguments = {
         "mirrored": "mirrored.xyz", "normal": "normal.xyz", "alpha": f"added * {lobe_rays.ALPHA}", "turn": "turn", "share": "share",
     }  # fmt: skip
-    each, mean = _BESIDE[beside][-1]
     table = ", ".join(f"vec2({c:.7f}, {s:.7f})" for c, s in lobe_rays.turns())
     return (
         ("lobe", f"{rays.source}{one.source}const vec2 lobe_turns[{lobe_rays.MOST}] = vec2[{lobe_rays.MOST}]({table});\n"),
         ("lobe_call", call_text(one, arguments, "lobe_") + "  ray_direction = lobe_direction;\n  weight = lobe_weight;\n"),
-        ("call", call_text(kernel, _LOBE_RAY, "hit_")),
-        ("add_beside", each),
-        ("store_beside", mean),
     )
+
+
+def _lobe_calls(kernel, beside: str | None):
+    """What fill_rough.frag.glsl includes."""
+    each, mean = _BESIDE[beside][-1]
+    return (*lobe_parts(), ("call", call_text(kernel, LOBE_RAY, "hit_")), ("add_beside", each), ("store_beside", mean))
 
 
 class RayBundle:

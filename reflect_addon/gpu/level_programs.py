@@ -22,6 +22,8 @@ SURFACE = ProgramInfo(
     uniforms=(("MAT4", "rel_from_object"),),
     outputs=(("VEC4", "color_out"), ("VEC4", "place_out")),
 )
+# Which pixels of a ray map show a planar mirror, and where its view has them.
+MIRROR_UNIFORMS = (("VEC4", "plane_origin"), ("VEC4", "plane_normal"), ("FLOAT", "sizes_per_metre"), ("VEC2", "offset"))
 
 
 def shown_in(beside: str | None) -> ProgramInfo:
@@ -30,7 +32,7 @@ def shown_in(beside: str | None) -> ProgramInfo:
     return ProgramInfo(
         name="reflect_shown_in_mirror",
         fragment="shown_in_mirror.frag.glsl",
-        uniforms=(("VEC4", "plane_origin"), ("VEC4", "plane_normal"), ("FLOAT", "sizes_per_metre"), ("VEC2", "offset")),
+        uniforms=MIRROR_UNIFORMS,
         samplers=tuple(("FLOAT_2D", name) for name in (*RAYS, "picture_tx", "place_tx")),
         outputs=(("VEC4", "radiance_out"), *outputs),
         generated=(("store_answer", text),),

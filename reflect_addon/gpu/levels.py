@@ -23,9 +23,10 @@ from ..core.tree_growth import grow
 from .counts import Counts
 from .device import ensure
 from .fill import TextureCache
+from .glossy_mirrors import GlossyMirror
 from .level_programs import shown_in
 from .level_surfaces import LevelSurfaces
-from .program import program
+from .program import Program, program
 from .resolve import MaterialTable
 from .targets import LevelTarget, RayMapTarget, ReflectionTarget
 from .view import View
@@ -62,8 +63,9 @@ class Level:
 class Levels:
     """The mirrored views of a renderer."""
 
-    def __init__(self, counts: Counts, textures: TextureCache, batch):
-        self.counts, self._batch, self._view = counts, batch, View()
+    def __init__(self, counts: Counts, textures: TextureCache, batch, most_rays: int):
+        self.counts, self._batch, self._view, self._textures, self._most_rays = counts, batch, View(), textures, most_rays
+        self._glossy: dict[tuple[int, str | None], GlossyMirror] = {}  # by asset and what stands beside radiance
         self._surfaces = LevelSurfaces(counts, textures, batch)
         self._levels: dict[int, Level] = {}  # by depth
         self._whole = (0, 0)  # px of the picture that the levels were made for
@@ -74,12 +76,13 @@ class Levels:
         self._made_of: tuple = ()
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
 
-    def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap):
+    def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap, materials: MaterialTable):
         """Take another snapshot. Planes are looked for, and surfaces uploaded, where an asset asks for it."""
-        self._raymap, self._scene = raymap, snapshot
+        self._raymap, self._scene, self._materials = raymap, snapshot, materials
         own = [asset_of(assets, r) for r in snapshot.reflectors()]
         chosen = {i: asset for i, asset in enumerate(own) if asset is not None and asset.kind == recursive.NAME and surfaces is not None}
-        self._planes, self._settings = (), None
+        self._planes, self._settings, self._assets = (), None, chosen
+        self._glossy = {key: made for key, made in self._glossy.items() if any(made.asset is asset for asset in chosen.values())}
         sky = next((recursive.sky_of(asset) for asset in chosen.values()), None)
         self._surfaces.update(snapshot, surfaces if chosen else None, sky)
         if not chosen:
@@ -119,6 +122,9 @@ class Levels:
             self._surfaces.prepare()
             program(shown_in(beside), self.counts)
             self._surfaces.lamps.prepare(beside)
+            for plane in self._planes:
+                if plane.roughness[1] > 0:
+                    self._glossy_mirror(plane.reflector, beside).prepare()
 
     def plan(self, camera: Camera, resolve, attenuates: bool):
         """The views of the next picture. resolve: what makes light of answers (resolve.py), which reads distances where it `attenuates`."""
@@ -149,7 +155,7 @@ class Levels:
     def _draw_view(self, index: int, node: Node, answer):
         """The picture of one view, into its level's targets."""
         level, corner, window = self._levels[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
-        camera = clear_of(node.camera, self._planes[node.mirror]).part(*corner, *level.size)
+        camera = self._camera_of(node)
         self._view.set(camera)
         level.picture.clear(window)
         self._surfaces.draw(self._view, camera, level.picture, window)
@@ -188,23 +194,46 @@ class Levels:
             gpu.state.depth_mask_set(True)
             gpu.state.scissor_set(x - seen.corner[0], y - seen.corner[1], width, height)
             gpu.state.scissor_test_set(True)
-            shader = program(shown_in(target.beside), self.counts)
-            shader.bind()
+            shader = self._rough(node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
             size = float(np.linalg.norm(np.ptp(plane.outline, axis=0)))
             reach = float(np.abs(plane.outline).max() + np.abs(seen.camera.world_from_camera[:3, 3]).max())
             shader.set("plane_origin", (*plane.origin, IN_PLANE * size + STEPS * reach))
             shader.set("plane_normal", (*plane.normal, plane.reflector))
             shader.set("sizes_per_metre", self._per_metre())
             shader.set("offset", (seen.corner[0] - node.drawn[0], seen.corner[1] - node.drawn[1]))
-            for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), seen.rays.textures, strict=False):
-                shader.image(name, texture)
-            shader.image("picture_tx", picture.color_tx)
-            shader.image("place_tx", picture.place_tx)
             shader.draw(self._batch)
             gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
         self.counts.passes += 1
+
+    def _sharp(self, seen: Seen, picture: LevelTarget) -> Program:
+        """Pixel for pixel."""
+        shader = program(shown_in(seen.target.beside), self.counts)
+        shader.bind()
+        for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), seen.rays.textures, strict=False):
+            shader.image(name, texture)
+        shader.image("picture_tx", picture.color_tx)
+        shader.image("place_tx", picture.place_tx)
+        return shader
+
+    def _rough(self, node: Node, seen: Seen, picture: LevelTarget) -> Program:
+        """Ray by ray of each pixel's lobe."""
+        self._view.set(self._camera_of(node))
+        made = self._glossy_mirror(self._planes[node.mirror].reflector, seen.target.beside)
+        far = 4.0 * (self._scene.diagonal() + np.linalg.norm(node.camera.world_from_camera[:3, 3]))
+        window = (0, 0, *node.drawn[2:])
+        return made.bind(self._view, seen.rays, picture, self._materials, window, self._most_rays, self._view.footprint, far)
+
+    def _glossy_mirror(self, reflector: int, beside: str | None) -> GlossyMirror:
+        asset = self._assets[reflector]
+        if (id(asset), beside) not in self._glossy:
+            self._glossy[id(asset), beside] = GlossyMirror(asset, beside, self._textures)
+        return self._glossy[id(asset), beside]
+
+    def _camera_of(self, node: Node) -> Camera:
+        """Of the part of a view that is drawn, as large as its target."""
+        return clear_of(node.camera, self._planes[node.mirror]).part(*node.drawn[:2], *self._levels[node.depth].size)
 
     def _per_metre(self) -> float:
         """The unit of depth in reflection buffers: the scene's size."""
@@ -221,7 +250,7 @@ class Levels:
             held = level.size if level else (0, 0)
             drawn = np.max([node.drawn[2:] for node in self.tree.nodes if node.depth == depth], axis=0)
             steps = np.maximum(np.ceil(np.array(whole) / SIDES), 1)
-            size = tuple(int(max(h, min(np.ceil(d / s) * s, w))) for h, d, s, w in zip(held, drawn, steps, whole, strict=True))
+            size = tuple(int(max(h, min(np.ceil(d / s) * s, max(w, d)))) for h, d, s, w in zip(held, drawn, steps, whole, strict=True))
             if level is None or size != held or level.beside != self._beside:
                 self._levels[depth] = Level(size, self._beside, self.counts)
 
@@ -230,5 +259,5 @@ class Levels:
         return self._surfaces.bytes() + sum(level.bytes for level in self._levels.values())
 
     def free(self):
-        self._levels, self._planes, self._mirrors, self.tree = {}, (), None, None
+        self._levels, self._glossy, self._planes, self._mirrors, self.tree = {}, {}, (), None, None
         self._surfaces.free()

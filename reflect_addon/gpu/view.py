@@ -17,6 +17,7 @@ class View:
     def __init__(self):
         self.eye = np.zeros(3)
         self.rel_from_clip = np.eye(4, dtype=np.float32).ravel()  # column by column: clip space to space relative to the eye
+        self.footprint = 0.0  # of a pixel, at 1 m for a perspective camera
         self._buffer = None
 
     def set(self, camera: Camera, depth_bias: float = 0.0):
@@ -27,12 +28,12 @@ class View:
         clip_from_rel = camera.clip_from_camera @ camera_from_rel
         self.rel_from_clip = np.linalg.inv(clip_from_rel).T.ravel().astype(np.float32)
         # Half the height of the picture at 1 m (or its half height) over half its pixels.
-        footprint = 2.0 / (abs(camera.clip_from_camera[1, 1]) * camera.height)
+        self.footprint = 2.0 / (abs(camera.clip_from_camera[1, 1]) * camera.height)
         data = np.zeros(28, np.float32)
         data[:16] = clip_from_rel.T.ravel()
         data[16:19] = self.eye
         data[20:23] = -camera.world_from_camera[:3, 2]
-        data[24:27] = float(camera.is_orthographic), footprint, depth_bias
+        data[24:27] = float(camera.is_orthographic), self.footprint, depth_bias
         if self._buffer is None:
             self._buffer = gpu.types.GPUUniformBuf(data)
         else:

@@ -34,14 +34,14 @@ void main()
       float share = (float(i) + 0.5) / rays;
 #include "lobe_call"
     }
-    if (weight > 0.5) {
+    if (weight > 0.0) {
 #include "call"
-      radiance += vec4(clamp(hit_radiance, -65504.0, 65504.0) * hit_coverage, hit_coverage);
+      radiance += weight * vec4(clamp(hit_radiance, -65504.0, 65504.0) * hit_coverage, hit_coverage);
 #include "add_beside"
-      total += 1.0;
+      total += weight;
     }
   }
-  total = max(total, 1.0);
+  total = max(total, 1e-6);
   radiance_out = vec4(radiance.rgb / max(radiance.a, 1e-6), radiance.a / total);
 #include "store_beside"
 }

@@ -1,20 +1,15 @@
 // A mirrored view's picture as the answer to the rays of its mirror: pixel (x, y) of it is what pixel (x, y) of the mirror shows, `offset`
 // aside, since both may be parts of a picture.
-// plane_origin: a point of the mirror's plane, w = how far from it the mirror may be, m; plane_normal: w = the reflector's index.
 // Depth is as for virtual objects (virtual.frag.glsl), so lamps know what is before them.
+#include "of_mirror_lib.glsl"
+
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 origin = texelFetch(origin_tx, pixel, 0);
   ivec2 texel = pixel + ivec2(floor(offset + 0.5));
   vec4 seen = texelFetch(picture_tx, texel, 0);
-  if (abs(origin.w - plane_normal.w) > 0.5 || seen.a < 0.5) {
-    discard;
-    return;
-  }
-  if (abs(dot(origin.xyz - plane_origin.xyz, plane_normal.xyz)) > plane_origin.w ||
-      dot(texelFetch(normal_tx, pixel, 0).xyz, plane_normal.xyz) < 0.999)
-  {
+  if (!of_mirror(origin, texelFetch(normal_tx, pixel, 0).xyz) || seen.a < 0.5) {
     discard;
     return;
   }

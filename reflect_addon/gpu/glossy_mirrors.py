@@ -1,0 +1,81 @@
+"""Rough planar mirrors: each pixel's lobe is looked up in the picture of the mirror's view, by a march a ray (core/mirror_march.py).
+
+Rays of core/lobe_rays.py; what the view does not show of them the kernel of the mirror's asset answers, as it does for mirrors without a view.
+Sharp mirrors have no part in this: levels.py hands over rough ones only, and no texture is made for either.
+"""
+
+from ..core import lobe_rays, mirror_march, spaces
+from ..core.asset import Asset
+from ..core.kernel import emit_glsl, record_function
+from ..core.methods import recursive
+from .background import FULLSCREEN
+from .device import ensure
+from .fill import LOBE_RAY, RAYS, TextureCache, emitted, lobe_parts, stored
+from .level_programs import MIRROR_UNIFORMS
+from .program import Program, ProgramInfo, call_text, program
+from .view import VIEW_BLOCK
+
+# What the pass reads of a ray map, the materials, and of a view's picture.
+SEEN = (*RAYS, "material_tx", "materials_tx", *mirror_march.IMAGES)
+# px of the view that one ray of a lobe stands for.
+FINE = 0.25
+_MARCH = {
+    "start": "start", "direction": "ray_direction", "eye": "view.eye.xyz", "forward": "view.forward.xyz",
+    "row_x": "half_size.x * (rows[0] + rows[3])", "row_y": "half_size.y * (rows[1] + rows[3])", "row_w": "rows[3]",
+    "window": "window", "footprint": "view.frame.y", "reach": "reach",
+}  # fmt: skip
+
+
+class GlossyMirror:
+    """The program of one asset's rough mirrors, and what its kernel reads."""
+
+    def __init__(self, asset: Asset, beside: str | None, textures: TextureCache):
+        kernel = emitted(recursive.trace, asset, ("radiance", "coverage", "position"))
+        march = emit_glsl(
+            record_function(mirror_march.march, mirror_march.INPUTS, mirror_march.IMAGES), ("radiance", "distance", "found"), "march_mirror", prefix=""
+        )
+        outputs, store = stored(beside)
+        self.asset, self._textures, self._name = asset, textures, kernel.block_name
+        self._images = {sampler: asset.images[name] for name, sampler in kernel.images.items()}
+        self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
+        blocks = ((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else ()
+        self._info = ProgramInfo(
+            name="reflect_glossy_mirror",
+            fragment="glossy_mirror.frag.glsl",
+            blocks=(VIEW_BLOCK, *blocks),
+            uniforms=(*MIRROR_UNIFORMS, ("VEC4", "window"), ("VEC2", "rays_for"), ("FLOAT", "reach")),
+            samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, *self._images)),
+            outputs=(("VEC4", "radiance_out"), *outputs),
+            generated=(
+                ("kernel", kernel.source), ("march", march.source), *lobe_parts(), ("march_call", call_text(march, _MARCH, "march_")),
+                ("call", call_text(kernel, LOBE_RAY, "hit_")), ("store_answer", store),
+            ),
+            defines=(("STATUS_HIT", f"{spaces.STATUS_HIT:.1f}"),),
+            depth="ANY",
+            **FULLSCREEN,
+        )  # fmt: skip
+        self.prepare()
+
+    def prepare(self) -> Program:
+        """Compile now."""
+        for array in self._images.values():
+            self._textures.texture("asset", array)
+        return program(self._info, self._textures.counts)
+
+    def bind(self, view, rays, picture, materials, window, most_rays: int, footprint: float, reach: float) -> Program:
+        """The program, with all but MIRROR_UNIFORMS set. view: of the picture's camera; window: px of it; footprint: of its pixels at 1 m; reach: m
+        from anywhere to beyond everything."""
+        shader = self.prepare()
+        shader.bind()
+        shader.block("view", view.buffer)
+        if self._block is not None:
+            shader.block(self._name, self._block)
+        for name, texture in zip(SEEN, (*rays.textures, materials.texture, picture.color_tx, picture.place_tx), strict=True):
+            shader.image(name, texture)
+        for sampler, array in self._images.items():
+            shader.image(sampler, self._textures.texture("asset", array))
+        x, y, width, height = window
+        shader.set("window", (x, y, x + width, y + height))
+        shader.set("rays_for", (most_rays, lobe_rays.FINE / (FINE * footprint)))
+        shader.set("reach", reach)
+        return shader
