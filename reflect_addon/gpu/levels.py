@@ -8,7 +8,7 @@ Targets are as large as what is seen of their level's mirrors, in steps: deep in
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
 from ..core.methods import recursive
 from ..core.mirrors import ROUGHEST
-from ..core.reflection_tree import ROOT, Node, Tree, TreeSettings
+from ..core.reflection_passes import Passes, view_independent
+from ..core.reflection_tree import ROOT, Culling, Node, Tree, TreeSettings
 from ..core.snapshot import SceneSnapshot
-from ..core.tree_growth import grow
 from .counts import Counts
+from .cube_maps import CubeMaps
 from .device import ensure
 from .fill import TextureCache
 from .level_programs import shown_in
@@ -70,8 +71,10 @@ class Levels:
         self._planes: tuple = ()
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
-        self._made_of: tuple = ()
+        self.maps = CubeMaps(counts, textures)
+        self.culling = Culling()
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
+        self.passes: Passes | None = None  # of the last frame
 
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap):
         """Take another snapshot. Planes are looked for, and surfaces uploaded, where an asset asks for it."""
@@ -83,6 +86,7 @@ class Levels:
         self._surfaces.update(snapshot, surfaces if chosen else None, sky)
         if not chosen:
             self._levels, self.tree = {}, None
+            self.maps.free()
             return
         asked = [asset.settings for asset in chosen.values()]
         self._settings = TreeSettings(
@@ -90,6 +94,10 @@ class Levels:
         )
         self._endless = any(bool(s["endless"]) for s in asked)
         self._planes = tuple(plane for plane in recursive.drawn_planes(snapshot) if plane.reflector in chosen)
+        live = {i for i, asset in chosen.items() if asset.settings["curved"]}
+        curved = tuple(c for c in recursive.drawn_curved(snapshot) if c.reflector in live) if live else ()
+        side, most = (max(int(s[name]) for s in asked) for name in ("map_side", "maps_per_frame"))
+        self.maps.update(snapshot, surfaces, curved, self._planes, side, most)
         # Of what is no mirror to mirrors surface radiance holds all that it shows.
         rows = MaterialTable.rows_of(snapshot)
         for row, material in zip(rows, snapshot.materials, strict=False):
@@ -99,8 +107,8 @@ class Levels:
 
     @property
     def draws(self) -> bool:
-        """Whether there are planar mirrors to be drawn."""
-        return bool(self._planes)
+        """Whether there are mirrors to be drawn."""
+        return bool(self._planes or self.maps.curved)
 
     def prepare(self, beside: str | None):
         """Compile now."""
@@ -108,17 +116,38 @@ class Levels:
             self._surfaces.prepare()
             program(shown_in(beside), self.counts)
             self._surfaces.lamps.prepare(beside)
+        self.maps.prepare()
 
     def plan(self, camera: Camera, resolve, attenuates: bool):
-        """The views of the next picture. resolve: what makes light of answers (resolve.py), which reads distances where it `attenuates`."""
+        """The views of the next picture, and of the cube maps before it. resolve: what makes light of answers (resolve.py), which reads distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
-        self.tree = None
+        self.tree = self.passes = None
         if self.draws:
-            self.tree = grow(camera, self._planes, self._settings)
+            settings = replace(self._settings, culling=self.culling)
+            self.passes = view_independent(
+                camera, self._planes, self.maps.curved, settings, self.maps.due(camera), self.maps.side, border=1
+            )
+            self.tree = self.passes.main
             self._make_room(camera)
-            self.counts.views += len(self.tree.nodes)
-            self.counts.views_culled += sum(self.tree.culled.values())
+            self.counts.faces += len(self.passes.faces)
+            for tree in self.passes.trees:
+                self.counts.views += len(tree.nodes)
+                self.counts.views_culled += sum(tree.culled.values())
             self.counts.energy_left_out += sum(self.tree.left_out.values())
+
+    def draw_maps(self, answer) -> list[Asset]:
+        """The cube maps that are due, before the picture. answer: Answers.draw. Returns assets that no longer serve."""
+        gone = []
+        for face in self.passes.faces if self.passes else ():
+            self.tree, camera, target = face.tree, face.tree.root, self.maps.targets
+            self._draw_picture(target, camera, (0, 0, *target.size), 1, Seen(camera, target.rays, target.answers, (0, 0, *target.size)), answer,
+                               self.maps.name_of(face.curved))
+            self._view.set(camera)
+            target.take(face.face, self._view, self.maps.reach(face.curved), self._surfaces.lamps, self._per_metre(), self._batch)
+            if face.face == 5:
+                gone.append(self.maps.complete(face.curved, self._batch))
+        self.tree = self.passes.main if self.passes else None
+        return [asset for asset in gone if asset is not None]
 
     def draw(self, seen: Seen, reflectors: range, bounds, answer):
         """What planar mirrors among these reflectors show, into seen.target, within bounds. answer: Answers.draw."""
@@ -139,14 +168,18 @@ class Levels:
         """The picture of one view, into its level's targets."""
         level, corner, window = self._levels[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
         camera = clear_of(node.camera, self._planes[node.mirror]).part(*corner, *level.size)
+        self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer)
+
+    def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = ""):
+        """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see."""
         self._view.set(camera)
         level.picture.clear(window)
-        self._surfaces.draw(self._view, camera, level.picture, window)
-        last = node.depth >= self._settings.depth and not self._endless
+        self._surfaces.draw(self._view, camera, level.picture, window, hidden)
+        last = depth >= self._settings.depth and not self._endless
         if last or not self._raymap.sections:
             return
-        self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True)
-        answer(Seen(camera, level.rays, level.answers, window, index, corner))
+        self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
+        answer(seen)
         self._light(level, window)
 
     def _light(self, level: Level, window):
@@ -202,22 +235,26 @@ class Levels:
     def _make_room(self, camera: Camera):
         """Targets that hold every view of the tree; sides grow in steps of an eighth of the picture's and never shrink, so that a camera's
         move seldom makes new ones."""
-        whole = camera.width, camera.height
+        self.maps.make_room(self._beside)
+        least = self.maps.targets.size if self.maps.targets else (1, 1)
+        whole = max(camera.width, least[0]), max(camera.height, least[1])
         if whole != self._whole:
             self._levels, self._whole = {}, whole
-        for depth in {node.depth for node in self.tree.nodes}:
+        nodes = [node for tree in self.passes.trees for node in tree.nodes]
+        for depth in {node.depth for node in nodes}:
             level = self._levels.get(depth)
             held = level.size if level else (0, 0)
-            drawn = np.max([node.drawn[2:] for node in self.tree.nodes if node.depth == depth], axis=0)
+            drawn = np.max([node.drawn[2:] for node in nodes if node.depth == depth], axis=0)
             steps = np.maximum(np.ceil(np.array(whole) / SIDES), 1)
             size = tuple(int(max(h, min(np.ceil(d / s) * s, w))) for h, d, s, w in zip(held, drawn, steps, whole, strict=True))
             if level is None or size != held or level.beside != self._beside:
                 self._levels[depth] = Level(size, self._beside, self.counts)
 
     def bytes(self) -> int:
-        """Memory on the GPU: surfaces, and one set of targets a level."""
-        return self._surfaces.bytes() + sum(level.bytes for level in self._levels.values())
+        """Memory on the GPU: surfaces, one set of targets a level, and cube maps."""
+        return self._surfaces.bytes() + self.maps.targets_bytes() + sum(level.bytes for level in self._levels.values())
 
     def free(self):
-        self._levels, self._planes, self._mirrors, self.tree = {}, (), None, None
+        self._levels, self._planes, self._mirrors, self.tree, self.passes = {}, (), None, None, None
+        self.maps.free()
         self._surfaces.free()

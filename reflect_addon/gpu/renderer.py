@@ -218,7 +218,7 @@ class Renderer:
             size = camera.width, camera.height
             self._targets[beside] = ReflectionTarget(*size, beside, self._counts, depth=self._draws)
         target = self._targets[beside]
-        self._answers.levels.plan(camera, self._resolve, self.attenuation is not None)
+        self._answers.plan(camera, self._resolve, self.attenuation is not None)
         self._answers.draw(Seen(camera, self._rays, target), background)
         return target
 
@@ -270,6 +270,11 @@ class Renderer:
     def mirrored_views(self) -> Tree | None:
         """The schedule of the last picture's mirrors in mirrors; None where none is drawn."""
         return self._answers.levels.tree
+
+    @property
+    def settled(self) -> bool:
+        """Whether the next picture shows what this one does, as nothing moved and every cube map is what it should be."""
+        return self._answers.levels.maps.settled
 
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
         """Vertices of a frame by what is known of them (core/virtual_status.py), searched or interpolated, of what reflectors may show;
