@@ -3,7 +3,9 @@
 Problem. The paper looks curved mirrors up by direction alone ("environment mapping only takes the reflection direction into account").
 Idea. Views know how far everything is, so the map stores it and has the layout of baked ones (cubemap.py), coarser levels included; a method that
 localises baked maps localises this one. `KIND` is that method, told of one layer.
-Limits. One surface in each direction. What a planar mirror shows is as far as the mirror.
+What a planar mirror shows is stored as far as its image is, so that it moves behind the mirror as through a window; of a mirror in that
+mirror, as far as that one's image.
+Limits. One surface in each direction. What a curved mirror shows is as far as the mirror.
 """
 
 from dataclasses import dataclass
@@ -24,7 +26,7 @@ class Reach:
     """Around a map's centre."""
 
     center: np.ndarray  # (3,) world, m
-    farthest: float  # m: no surface of the scene is farther
+    farthest: float  # m: no surface of the scene is farther, nor its image in a planar mirror
 
     @property
     def scale(self) -> float:
@@ -34,7 +36,8 @@ class Reach:
 
 def reach_of(scene: SceneSnapshot, curved: CurvedMirror) -> Reach:
     corners = np.concatenate([corners_of(scene.bounds(things)) for things in (scene.instances, scene.lamps) if len(things)])
-    return Reach(curved.center, max(float(np.linalg.norm(corners - curved.center, axis=1).max()) * 1.01, 1e-20))
+    beyond = float(np.linalg.norm(np.ptp(corners, axis=0)))  # of what a planar mirror shows, from the mirror
+    return Reach(curved.center, max(float(np.linalg.norm(corners - curved.center, axis=1).max()) + beyond, 1e-20))
 
 
 def asset_of_map(reach: Reach, side: int, image: np.ndarray) -> Asset:

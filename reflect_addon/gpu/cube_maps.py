@@ -87,9 +87,9 @@ class CubeMaps:
         """Pictures at rest after which `settled` holds, whatever moved before."""
         return settle_frames(self._coupling, self.per_frame, TOLERANCE) if self.curved else 0
 
-    def make_room(self, beside: str | None):
-        if self.curved and (self.targets is None or self.targets.beside != beside):
-            self.targets = CubeTargets(self.side, beside, self.counts)
+    def make_room(self):
+        if self.curved and self.targets is None:
+            self.targets = CubeTargets(self.side, self.counts)
 
     def name_of(self, index: int) -> str:
         """The instance that a map is of."""

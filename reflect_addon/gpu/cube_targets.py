@@ -23,7 +23,7 @@ SHOWN = ProgramInfo(
     fragment="cube_shown.frag.glsl",
     blocks=(VIEW_BLOCK,),
     uniforms=(("FLOAT", "sizes_per_metre"),),
-    samplers=(("FLOAT_2D", "picture_tx"), ("FLOAT_2D", "place_tx")),
+    samplers=tuple(("FLOAT_2D", name) for name in ("picture_tx", "place_tx", "seen_depth_tx", "beyond_tx")),
     outputs=(("VEC4", "radiance_out"), *_OUTPUTS),
     generated=(("store_answer", _STORE),),
     depth="ANY",
@@ -59,14 +59,14 @@ def prepare_programs(counts: Counts):
 
 
 class CubeTargets:
-    """For maps of one size. side: texels along a face's edge; beside: of the buffer in which a face's reflectors are answered."""
+    """For maps of one size. side: texels along a face's edge."""
 
-    def __init__(self, side: int, beside: str | None, counts: Counts):
+    def __init__(self, side: int, counts: Counts):
         gpu, whole = ensure(), side + 2
-        self.side, self.beside, self.counts, self.size = side, beside, counts, (whole, whole)
+        self.side, self.counts, self.size = side, counts, (whole, whole)
         self.picture = LevelTarget(whole, whole, counts)
         self.rays = RayMapTarget(whole, whole, counts)
-        self.answers = ReflectionTarget(whole, whole, beside, counts, depth=True)
+        self.answers = ReflectionTarget(whole, whole, "distance", counts, depth=True)
         self._lit = ReflectionTarget(whole, whole, "distance", counts, depth=True)
         self._row_tx = gpu.types.GPUTexture((6 * whole, whole), format="RGBA16F")
         self._row_tx.filter_mode(False)
@@ -98,6 +98,8 @@ class CubeTargets:
             shader.set("sizes_per_metre", sizes_per_metre)
             shader.image("picture_tx", self.picture.color_tx)
             shader.image("place_tx", self.picture.place_tx)
+            shader.image("seen_depth_tx", self.answers.depth_tx)
+            shader.image("beyond_tx", self.answers.distance_tx)
             shader.draw(batch)
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")

@@ -140,6 +140,7 @@ class Levels:
         gone = []
         for face in self.passes.faces if self.passes else ():
             self.tree, camera, target = face.tree, face.tree.root, self.maps.targets
+            target.answers.clear()
             self._draw_picture(target, camera, (0, 0, *target.size), 1, Seen(camera, target.rays, target.answers, (0, 0, *target.size)), answer,
                                self.maps.name_of(face.curved))
             self._view.set(camera)
@@ -235,7 +236,7 @@ class Levels:
     def _make_room(self, camera: Camera):
         """Targets that hold every view of the tree; sides grow in steps of an eighth of the picture's and never shrink, so that a camera's
         move seldom makes new ones."""
-        self.maps.make_room(self._beside)
+        self.maps.make_room()
         least = self.maps.targets.size if self.maps.targets else (1, 1)
         whole = max(camera.width, least[0]), max(camera.height, least[1])
         if whole != self._whole:
