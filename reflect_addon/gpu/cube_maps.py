@@ -77,6 +77,10 @@ class CubeMaps:
         remade, self.kept = update(self.kept, still, self._coupling, weights, self.frame, self.per_frame, TOLERANCE)
         return remade
 
+    def expire(self):
+        """All maps are to be made again, as if everything had moved."""
+        self.kept = Kept(self.kept.made, np.ones(len(self.curved)))
+
     @property
     def settled(self) -> bool:
         """Whether the next picture would make no map."""

@@ -69,6 +69,7 @@ class Levels:
         self._levels: dict[int, Level] = {}  # by depth
         self._whole = (0, 0)  # px of the picture that the levels were made for
         self._planes: tuple = ()
+        self._looked_for: tuple | None = None  # what mirrors were looked for in, and those found
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
         self.maps = CubeMaps(counts, textures)
@@ -93,17 +94,27 @@ class Levels:
             depth=max(int(s["depth"]) for s in asked), least_energy=min(float(s["least_energy"]) for s in asked)
         )
         self._endless = any(bool(s["endless"]) for s in asked)
-        self._planes = tuple(plane for plane in recursive.drawn_planes(snapshot) if plane.reflector in chosen)
-        live = {i for i, asset in chosen.items() if asset.settings["curved"]}
-        curved = tuple(c for c in recursive.drawn_curved(snapshot) if c.reflector in live) if live else ()
+        planes, curved = self._mirrors_of(snapshot)
+        self._planes = tuple(plane for plane in planes if plane.reflector in chosen)
+        live = tuple(c for c in curved if c.reflector in chosen and chosen[c.reflector].settings["curved"])
         side, most = (max(int(s[name]) for s in asked) for name in ("map_side", "maps_per_frame"))
-        self.maps.update(snapshot, surfaces, curved, self._planes, side, most)
+        self.maps.update(snapshot, surfaces, live, self._planes, side, most)
         # Of what is no mirror to mirrors surface radiance holds all that it shows.
         rows = MaterialTable.rows_of(snapshot)
         for row, material in zip(rows, snapshot.materials, strict=False):
             row[2, 0] *= material.is_reflector and material.roughness <= ROUGHEST
         if self._mirrors is None or not np.array_equal(self._mirrors.rows, rows):
             self._mirrors = MaterialTable(rows, self.counts)
+
+    def _mirrors_of(self, scene: SceneSnapshot):
+        """Looked for again when a reflector moved or changed: half a second in a kitchen. (Whether somebody looks at a closed mesh from
+        inside is then as it was.)"""
+        key = scene.materials, tuple(
+            (scene.meshes[r.mesh].key, np.asarray(r.world_from_object).tobytes(), r.materials, r.mark) for r in scene.reflectors()
+        )
+        if self._looked_for is None or self._looked_for[0] != key:
+            self._looked_for = key, recursive.drawn_mirrors(scene)
+        return self._looked_for[1]
 
     @property
     def draws(self) -> bool:
@@ -177,7 +188,7 @@ class Levels:
         level.picture.clear(window)
         self._surfaces.draw(self._view, camera, level.picture, window, hidden)
         last = depth >= self._settings.depth and not self._endless
-        if last or not self._raymap.sections:
+        if last or not self._raymap.any_seen(camera, window):
             return
         self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
         answer(seen)
@@ -251,9 +262,13 @@ class Levels:
             if level is None or size != held or level.beside != self._beside:
                 self._levels[depth] = Level(size, self._beside, self.counts)
 
+    def level_bytes(self) -> int:
+        """Memory on the GPU of the targets, one set a level."""
+        return sum(level.bytes for level in self._levels.values())
+
     def bytes(self) -> int:
-        """Memory on the GPU: surfaces, one set of targets a level, and cube maps."""
-        return self._surfaces.bytes() + self.maps.targets_bytes() + sum(level.bytes for level in self._levels.values())
+        """Memory on the GPU: surfaces, levels, and what cube maps are made in."""
+        return self._surfaces.bytes() + self.maps.targets_bytes() + self.level_bytes()
 
     def free(self):
         self._levels, self._planes, self._mirrors, self.tree, self.passes = {}, (), None, None, None

@@ -10,6 +10,7 @@ import numpy as np
 from ..core.camera import Camera
 from ..core.shading import roughness_spread
 from ..core.snapshot import Instance, SceneSnapshot
+from ..core.view_cull import may_be_seen
 from .background import draw_camera_rays
 from .counts import Counts
 from .program import Program, ProgramInfo, program
@@ -134,6 +135,11 @@ class RayMapPass:
             shader.set("surface", (s.reflector, s.material, s.roughness_spread, 0.0))
             shader.draw(self.meshes[s.instance.mesh].batch, s.first, s.count)
             self.counts.draws += 1
+
+    def any_seen(self, camera: Camera, window: tuple[int, int, int, int]) -> bool:
+        """Whether window (x, y, width, height) of the camera's picture may show a reflector, beyond the near plane."""
+        boxes = (self._boxes[id(s.instance)] for s in self.sections if s.instance.visible_glossy)
+        return any(box is not None and may_be_seen(camera, box, window) for box in boxes)
 
     def screen_bounds(self, camera: Camera, reflectors) -> tuple[int, int, int, int] | None:
         """(x, y, width, height) px that holds all of these reflectors (a set of indices); None when off screen."""

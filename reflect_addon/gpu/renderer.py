@@ -20,7 +20,7 @@ from .counts import Counts
 from .device import ensure
 from .fill import TextureCache
 from .follow import Followed, Followers
-from .levels import Seen
+from .levels import Levels, Seen
 from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
@@ -270,6 +270,11 @@ class Renderer:
     def mirrored_views(self) -> Tree | None:
         """The schedule of the last picture's mirrors in mirrors; None where none is drawn."""
         return self._answers.levels.tree
+
+    @property
+    def mirrors(self) -> Levels:
+        """Its mirrored views and cube maps."""
+        return self._answers.levels
 
     @property
     def settled(self) -> bool:

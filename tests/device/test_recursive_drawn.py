@@ -176,6 +176,21 @@ def test_what_moves_needs_no_bake(drawn, rng):
     Seen(drawn, scene).check()
 
 
+def test_planes_are_looked_for_when_a_reflector_moves(drawn, monkeypatch):
+    from reflect_addon.core.methods import recursive
+
+    looked = []
+    found = recursive.drawn_mirrors
+    monkeypatch.setattr(recursive, "drawn_mirrors", lambda scene: looked.append(scene) or found(scene))
+    shift = np.eye(4)
+    shift[0, 3] = 0.1
+    for name, times in (("Torus", 0), ("Mirror", 1)):
+        moved = tuple(replace(i, world_from_object=shift @ i.world_from_object) if i.name == name else i for i in SCENE.instances)
+        drawn.update(replace(SCENE, instances=moved))
+        assert len(looked) == times
+    Seen(drawn, drawn.snapshot).check()
+
+
 def test_a_curved_mirror_in_a_planar_one_is_answered_by_its_own_kernel(device):
     scene = one_mirror(Second=ball(0.3, (0.0, 0.1, 0.9), 4))
     renderer = renderer_of(baked(scene))
@@ -185,6 +200,22 @@ def test_a_curved_mirror_in_a_planar_one_is_answered_by_its_own_kernel(device):
     assert (seen.status[direct] == STATUS_FELL_BACK).all()
     mine &= ~direct
     assert mine.sum() > 50 and np.median(seen.error[mine]) < 0.1 < seen.truth.radiance[mine].mean()
+    renderer.free()
+
+
+def test_fifty_mirrors_are_bounded_work(device, one_baked, rng):
+    """Panes all over the room, some through each other and edge to edge, to depth 8."""
+    panes = {}
+    for k in range(50):
+        panes[f"M{k}"] = pane(*rng.uniform(0.2, 0.8, 2), rng.uniform((-1.3, -1.5, 0.3), (0.8, 1.5, 1.6)), rng.normal(size=3))
+    from reflect_addon.gpu.renderer import Renderer
+
+    asset = one_baked.assets["Mirror"]
+    asset = replace(asset, settings={**asset.settings, "depth": 8})
+    renderer = Renderer(one_mirror(**panes), {"": asset}, surfaces=one_baked.surfaces)
+    answer, views = renderer.answer(CAMERA), renderer.mirrored_views
+    assert len(views.nodes) <= 64 and views.levels <= 8 and views.culled["most"] > 0  # what is left out is answered by maps
+    assert np.isfinite(answer.radiance).all() and np.isfinite(answer.position).all() and (answer.status == STATUS_HIT).sum() > 1000
     renderer.free()
 
 

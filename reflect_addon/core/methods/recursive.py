@@ -60,7 +60,7 @@ def bake(job: BakeJob) -> Asset:
     if NAME not in job.shared:
         job.shared[NAME] = environment.capture(job, NAME, tuple(i.object_name for i in (*job.scene.instances, *job.scene.lamps)))
     sky = job.shared[NAME]
-    planes = [plane for plane in drawn_planes(job.scene) if job.scene.reflectors()[plane.reflector].name == job.reflector.name]
+    planes = [plane for plane in drawn_mirrors(job.scene)[0] if job.scene.reflectors()[plane.reflector].name == job.reflector.name]
     return Asset(
         NAME,
         job.reflector.name,
@@ -78,14 +78,10 @@ def sky_of(asset: Asset) -> Asset:
     return Asset(environment.NAME, asset.reflector, images, uniforms)
 
 
-def drawn_planes(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
-    """The planar mirrors that are smooth enough for a view."""
-    return tuple(plane for plane in planes_of(scene) if plane.roughness[1] <= ROUGHEST)
-
-
-def drawn_curved(scene: SceneSnapshot) -> tuple[CurvedMirror, ...]:
-    """The curved mirrors that may have a cube map."""
-    return curved_of(scene, planes_of(scene))
+def drawn_mirrors(scene: SceneSnapshot) -> tuple[tuple[MirrorPlane, ...], tuple[CurvedMirror, ...]]:
+    """The planar mirrors that are smooth enough for a view, and the curved ones, which may have a cube map."""
+    planes = planes_of(scene)
+    return tuple(plane for plane in planes if plane.roughness[1] <= ROUGHEST), curved_of(scene, planes)
 
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:

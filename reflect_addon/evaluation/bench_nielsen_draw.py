@@ -1,0 +1,114 @@
+"""Targets of nielsen-2002 on drawing (Table 1): passes as made, static frames over dynamic ones, what culling saves, targets in bytes.
+
+Passes are counted while they are drawn, with back faces culled as in the paper's program, and are those of its table and of the schedule
+(bench_nielsen_counts.py). Times are ratios within this run, of processor time where the processor draws. The paper's speeds are of whole
+frames at 640 x 480, of geometry as much as of pixels; a dynamic frame makes all maps, a static one none.
+Limits. (b)'s floor is a mirror here. Software draws pixels slowly and triangles fast, the paper's card the other way round.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..core.processes import temporary_folder
+from ..core.reflection_tree import BACK_FACES_ONLY, Culling
+from . import bench_nielsen_counts as counts
+from .bench_nielsen_drawn import Drawn, drawn
+from .bench_nielsen_scene import SCENES
+from .bench_row import row
+
+SIZE = (160, 120)
+MAP = 32  # px: 128 to 640, as the paper's cube maps to its pictures
+TURNS, FRAMES = 5, 1
+HALF = 0.5  # culling at least halves the time
+PIXEL = 8 + 16 + 4 + 3 * 16 + 8 + 4 + 8 + 4  # bytes: picture, ray map, answers, with their depths
+
+
+def measure(progress) -> list[dict]:
+    """Rows for targets.json."""
+    scenes = []
+    with temporary_folder("reflect-bench-") as folder:
+        for number, name in enumerate(SCENES):
+            progress(0.6 * number / len(SCENES), f"nielsen: baking {name}")
+            scenes.append(drawn(name, SIZE, Path(folder)))
+        progress(0.6, "nielsen: drawing")
+        return [*_passes(scenes), *_times(scenes), _targets(scenes)]
+
+
+def _live(scene: Drawn, culling: Culling | None = None):
+    """A renderer with all its maps."""
+    renderer = scene.renderer(culling, curved=True, map_side=MAP, maps_per_frame=100)
+    while True:
+        renderer.answer(scene.camera, positions=False)
+        if renderer.settled:
+            return renderer
+
+
+def _passes(scenes: list[Drawn]) -> list[dict]:
+    moving, still = [], []
+    for scene in scenes:
+        renderer = _live(scene, BACK_FACES_ONLY)
+        for found, expire in ((moving, True), (still, False)):
+            if expire:
+                renderer.mirrors.maps.expire()
+            before = renderer.counts()
+            renderer.answer(scene.camera, positions=False)
+            after = renderer.counts()
+            found.append([after[name] - before[name] for name in ("views", "faces")])
+            while not renderer.settled:
+                renderer.answer(scene.camera, positions=False)
+        renderer.free()
+    (planar, faces), (planar_still, faces_still) = (list(map(list, zip(*found, strict=True))) for found in (moving, still))
+    return [
+        row("N-drawn-dynamic", planar, counts.DYNAMIC, planar == counts.DYNAMIC,
+            "Planar reflections drawn in a frame in which everything moved, back faces culled; (a) to (d).", paper=counts.DYNAMIC),
+        row("N-drawn-static", planar_still, counts.STATIC, planar_still == counts.STATIC, "The same while nothing but the camera moves.", paper=counts.STATIC),
+        row("N-drawn-faces", faces, counts.FACES, faces == counts.FACES, "Faces of cube maps drawn in a frame in which everything moved.", paper=counts.FACES),
+        row("N-drawn-static-faces", faces_still, [0] * 4, not any(faces_still), "The same while nothing but the camera moves."),
+    ]  # fmt: skip
+
+
+def _times(scenes: list[Drawn]) -> list[dict]:
+    from ..gpu.timing import Work, processor_clock, time_in_turns
+
+    clock, speeds, shares, ms = processor_clock(), [], [], []
+    for scene in scenes:
+        paper, best = _live(scene, BACK_FACES_ONLY), _live(scene)
+        static, culled = paper.work(scene.camera), best.work(scene.camera)
+
+        def dynamic(static=static, paper=paper):
+            paper.mirrors.maps.expire()
+            static.submit()
+
+        # In turns: what the dynamic frame leaves unsettled is settled by the warm-up of the next.
+        apart = time_in_turns([Work(dynamic, static.finish)], TURNS, FRAMES, clock)
+        while not paper.settled:
+            paper.answer(scene.camera, positions=False)
+        times = time_in_turns([static, culled], TURNS, FRAMES, clock)
+        speeds.append(float(np.median(apart.ms[0]) / np.median(times.ms[0])))
+        shares.append(times.ratio(1, 0))
+        ms.append(times.median(0))
+        paper.free(), best.free()
+    told = ", ".join(f"{t:.3g}" for t in ms)
+    return [
+        row("N-speed", speeds, None, min(speeds) > 1,
+            f"Time of a frame in which everything moved over one at rest, {SIZE[0]}x{SIZE[1]} with cube maps of {MAP}; at rest {told} ms here.",
+            paper=counts.SPEED),
+        row("N-culling-time", shares, HALF, max(shares) <= HALF,
+            f"Time of a frame at rest with every culling over one with back faces alone, {SIZE[0]}x{SIZE[1]}."),
+    ]  # fmt: skip
+
+
+def _targets(scenes: list[Drawn]) -> dict:
+    """Bytes of all targets over those of one a level."""
+    ours, asked = [], []
+    for scene in scenes:
+        renderer = scene.renderer(BACK_FACES_ONLY, curved=False)
+        renderer.answer(scene.camera, positions=False)
+        ours.append(renderer.mirrors.level_bytes())
+        asked.append(renderer.mirrored_views.levels * SIZE[0] * SIZE[1] * PIXEL)
+        renderer.free()
+    return row(
+        "N-level-bytes", ours, asked, all(a <= b for a, b in zip(ours, asked, strict=True)),
+        f"Bytes of the targets of mirrored views at {SIZE[0]}x{SIZE[1]}: one set a level, of {PIXEL} bytes a pixel, however many mirrors there are.",
+    )  # fmt: skip
