@@ -1,7 +1,8 @@
 """Curved mirrors in planar ones and planar ones in curved: scene (d), live cube maps against an environment map, Cycles as truth.
 
 "Every point on an environment mapped surface sees the exact same surroundings regardless of its position": here the map knows how far
-everything is, what mirrors show included (core/live_maps.py). Errors are of single rays, so what is finer than a pixel counts in full.
+everything is, what mirrors show included (core/live_maps.py). Errors are of single rays, as evaluate.py has them: what is drawn is asked for the
+frame itself, whose footprints blur what is finer than a pixel, and that counts in full.
 """
 
 from pathlib import Path
@@ -13,6 +14,7 @@ from ..core import metrics
 from ..core.methods import environment
 from ..core.processes import temporary_folder
 from .assets import baked_in
+from .backends import GpuBackend
 from .bench_nielsen_drawn import drawn
 from .bench_row import row
 from .evaluate import judge
@@ -35,17 +37,13 @@ def measure(progress) -> list[dict]:
 
 
 def _errors(scene, judged, plain) -> dict:
-    from ..gpu.renderer import Renderer
-
     mask, truth = judged.ray_map.covered(), judged.truth.hits
-    flat = Renderer(scene.snapshot, plain)
+    flat = GpuBackend(scene.snapshot, plain, judged.look, judged.camera, judged.ray_map).answer().radiance
     live, gathered = scene.renderer(curved=True, maps_per_frame=100), scene.renderer(curved=False)
-    while not live.settled or live.mirrored_views is None:
-        live.answer(scene.camera)
-    shown = [renderer.answer(scene.camera).radiance[mask] for renderer in (flat, live, gathered)]
+    live.settle(scene.camera)
+    shown = [flat, *(renderer.answer(scene.camera).radiance[mask] for renderer in (live, gathered))]
     curved = live.mirrors.maps.curved
-    for renderer in (flat, live, gathered):
-        renderer.free()
+    live.free(), gathered.free()
     on_curved = np.isin(judged.ray_map.reflector[mask], [c.reflector for c in curved])
     at = truth.position.astype(np.float64)
     meets_curved = np.any([np.linalg.norm(at - c.center, axis=1) < c.radius + NEAR for c in curved], axis=0)

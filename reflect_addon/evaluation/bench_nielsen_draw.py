@@ -42,10 +42,8 @@ def measure(progress) -> list[dict]:
 def _live(scene: Drawn, culling: Culling | None = None):
     """A renderer with all its maps."""
     renderer = scene.renderer(culling, curved=True, map_side=MAP, maps_per_frame=100)
-    while True:
-        renderer.answer(scene.camera, positions=False)
-        if renderer.settled:
-            return renderer
+    renderer.settle(scene.camera)
+    return renderer
 
 
 def _passes(scenes: list[Drawn]) -> list[dict]:
@@ -59,8 +57,7 @@ def _passes(scenes: list[Drawn]) -> list[dict]:
             renderer.answer(scene.camera, positions=False)
             after = renderer.counts()
             found.append([after[name] - before[name] for name in ("views", "faces")])
-            while not renderer.settled:
-                renderer.answer(scene.camera, positions=False)
+            renderer.settle(scene.camera)
         renderer.free()
     (planar, faces), (planar_still, faces_still) = (list(map(list, zip(*found, strict=True))) for found in (moving, still))
     return [
@@ -83,8 +80,7 @@ def _times(scenes: list[Drawn]) -> list[dict]:
             still.submit()
 
         moving = _ms([Work(expired, still.finish)])[0]
-        while not paper.settled:
-            paper.answer(scene.camera, positions=False)
+        paper.settle(scene.camera)
         at_rest += _ms([still])
         speeds.append(moving / at_rest[-1])
         paper.free()

@@ -37,14 +37,14 @@ def errors(scene: Drawn) -> tuple[list[float], list[int | None], int]:
     """(error of each frame, age of its oldest map, index of the first frame at rest; frames at rest that are said to be enough)."""
     reused, exact = (scene.renderer(curved=True, map_side=MAP, maps_per_frame=most) for most in (1, 100))
     maps = reused.mirrors.maps
-    _settle(reused, scene), _settle(exact, scene)
+    reused.settle(scene.camera), exact.settle(scene.camera)
     found, ages, enough = [], [], maps.frames_to_settle
     for frame in range(FRAMES + enough + 1):
         if frame < FRAMES:
             now = moved(scene.snapshot, frame + 1)
             reused.update(now), exact.update(now)
         shown = reused.answer(scene.camera, positions=False)
-        _settle(exact, scene)
+        exact.settle(scene.camera)
         right = exact.answer(scene.camera, positions=False)
         mask = right.coverage > 0
         off = np.sqrt(np.square(shown.radiance[mask] - right.radiance[mask]).mean())
@@ -52,13 +52,6 @@ def errors(scene: Drawn) -> tuple[list[float], list[int | None], int]:
         ages.append(max(maps.kept.age(maps.frame)))
     reused.free(), exact.free()
     return found, ages, enough
-
-
-def _settle(renderer, scene: Drawn) -> None:
-    while True:
-        renderer.answer(scene.camera, positions=False)
-        if renderer.settled:
-            return
 
 
 def moved(scene: SceneSnapshot, frame: int) -> SceneSnapshot:

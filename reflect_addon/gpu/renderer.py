@@ -281,6 +281,12 @@ class Renderer:
         """Whether the next picture shows what this one does, as nothing moved and every cube map is what it should be."""
         return self._answers.levels.maps.settled
 
+    def settle(self, camera: Camera):
+        """Makes all cube maps that are due, however many frames a window would take: for a picture of a scene at rest."""
+        while not self.settled:
+            with drawing_state():
+                self._answers.plan(camera, self._resolve, self.attenuation is not None)
+
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
         """Vertices of a frame by what is known of them (core/virtual_status.py), searched or interpolated, of what reflectors may show;
         `counts` has all searches of this frame."""
