@@ -119,7 +119,7 @@ def _targets(scenes: list[Drawn]) -> dict:
         renderer = scene.renderer(BACK_FACES_ONLY, curved=False)
         renderer.answer(scene.camera, positions=False)
         ours.append(renderer.mirrors.level_bytes())
-        asked.append(renderer.mirrored_views.levels * SIZE[0] * SIZE[1] * PIXEL)
+        asked.append(renderer.mirrored_views.levels * scene.camera.width * scene.camera.height * PIXEL)
         renderer.free()
     return row(
         "N-level-bytes", ours, asked, all(a <= b for a, b in zip(ours, asked, strict=True)),
