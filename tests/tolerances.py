@@ -312,3 +312,14 @@ GLOSSY_MEAN = 0.03
 MARCHED_WRONG = 0.07
 # ... and distance along the ray, relative, median: half a pixel across at a grazing ray's end (2e-3 measured).
 MARCHED_DISTANCE = 0.01
+# Live cube maps. Relative error of distances in half floats, 11 bits, and of a float32 place some metres away (5e-4 and 1e-6) ...
+MAP_DISTANCE = 2e-3
+# ... share of texels beside an edge, faces of 32: the rasteriser and Embree cut a texel's middle from another side; surfaces that are refined
+# are not those that are traced (0.006 measured) ...
+MAP_EDGE = 0.03
+# ... a mean of up to 64 half floats of about 1, rounded once or at every level ...
+MAP_HALF = 4e-3
+# ... and radiance of two ways to the same place, 99 of 100 pixels: what is expected to be wrong by 1e-3 of a map's light is left, and halves.
+MAP_SETTLED = 1e-2
+# ... and the median error where something is met, over that of look-ups by direction alone (0.79 measured; of it surface radiance is a half).
+MAP_PLACED = 0.9

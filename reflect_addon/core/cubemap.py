@@ -191,6 +191,20 @@ def face_of(k, d):
     return k.name("cube_face", face), k.name("face_s", s * inverse), k.name("face_t", t * inverse)
 
 
+ACROSS_INPUTS = {"face": "float", "s": "float", "t": "float"}
+
+
+def across(k, scope, face, s, t):
+    """Kernel: {face, s, t} of what is seen at coordinates of a face that pass its edge: spaces.cube_direction, then face_of."""
+    axis = k.floor(face * 0.5)
+    sign = 1.0 - 2.0 * (face - 2.0 * axis)
+    is_x, is_y = axis < 0.5, axis < 1.5
+    x = k.select(is_x, sign, k.select(is_y, t, s))
+    y = k.select(is_x, s, k.select(is_y, sign, t))
+    z = k.select(is_x, t, k.select(is_y, s, sign))
+    return dict(zip(("face", "s", "t"), face_of(k, k.vec3(x, y, z)), strict=True))
+
+
 def _texel(n, scale, x0, y0, face, s, t):
     """Texel coordinates in the image of face coordinates (s, t) in a level of n * scale texels at (x0, y0)."""
     size = n * scale

@@ -93,8 +93,8 @@ def approximate_view(curved: CurvedMirror, camera: Camera, side: int) -> Camera:
     return Camera(pose, _square(WIDE, NEAR * curved.radius, far_of(camera)), side, side)
 
 
-def cube_views(curved: CurvedMirror, side: int, far: float) -> tuple[Camera, ...]:
-    """Six cameras of side x side px, in the order and layout of cube faces."""
+def cube_views(curved: CurvedMirror, side: int, far: float, border: int = 0) -> tuple[Camera, ...]:
+    """Six cameras of side x side px, in the order and layout of cube faces; border: px around a face that are drawn besides."""
     views = []
     for face in range(6):
         axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
@@ -102,7 +102,7 @@ def cube_views(curved: CurvedMirror, side: int, far: float) -> tuple[Camera, ...
         right, up = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
         pose[:3, :3], pose[:3, 3] = np.stack([-sign * right, up, -sign * np.eye(3)[axis]], -1), curved.center
         clip[:, 0] *= -sign
-        views.append(Camera(pose, clip, side, side))
+        views.append(Camera(pose, clip, side, side).part(-border, -border, side + 2 * border, side + 2 * border))
     return tuple(views)
 
 

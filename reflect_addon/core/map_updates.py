@@ -31,6 +31,7 @@ class Moved:
     center: np.ndarray  # (3,) world, m: of a ball around it, between its places
     radius: float  # m
     distance: float  # m it moved, turned at its rim or changed
+    instance: str = ""  # whose, Instance.name
 
 
 @dataclass(frozen=True)

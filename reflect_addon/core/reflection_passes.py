@@ -4,8 +4,8 @@ View-dependent [Fig 5]: one tree from the camera, curved mirrors in it by one ap
 View-independent [Fig 6]: before the picture, six faces of a cube map for each curved mirror, each drawn with planar recursion one level down;
 curved mirrors in any view show the maps that they have, so they are leaves. Fig 6 makes all of them in each frame; "in static environments"
 (2.3) they are kept, and a frame without anything that moved makes none: `remade` says whose are made.
-Maps are double buffered: a face may show the very mirror that it is drawn for, whose map must be whole then (3.2). So a spare one is
-drawn into and changes places with the old one, which the paper's table of memory does not count.
+Maps are double buffered: a face may show the very mirror that it is drawn for, whose map must be whole then (3.2). So faces are drawn beside
+the maps, and a map takes all six over at once, which the paper's table of memory does not count.
 """
 
 from dataclasses import dataclass, replace
@@ -61,13 +61,14 @@ def view_independent(
     settings: TreeSettings,
     remade: tuple[int, ...],
     side: int = 128,
+    border: int = 0,
 ) -> Passes:
-    """remade: the curved mirrors whose maps are made in this frame, in order; side: px of a face. A map serves every view that may come,
-    so its energy is that of a picture full of it."""
+    """remade: the curved mirrors whose maps are made in this frame, in order; side, border: px of a face and around it. A map serves every
+    view that may come, so its energy is that of a picture full of it."""
     faces = []
     for index in remade:
         # A face is small: a mirror of as many of the picture's pixels is as large a part of it.
         per_face = replace(settings, least_pixels=settings.least_pixels * side * side / (camera.width * camera.height))
-        for face, view in enumerate(cube_views(curved[index], side, far_of(camera))):
+        for face, view in enumerate(cube_views(curved[index], side, far_of(camera), border)):
             faces.append(Face(index, face, grow(view, planes, per_face, depth=1, weight=curved[index].mean)))
     return Passes(curved, tuple(faces), grow(camera, planes, settings))

@@ -116,6 +116,7 @@ class GpuBackend(_Backend):
         """Methods that draw are asked for the frame itself."""
         if self.surfaces is None:
             return super().answer()
+        self._renderer.settle(self.camera)
         mask, frame = self.ray_map.covered(), self._renderer.answer(self.camera)
         found = Answer(frame.radiance[mask], frame.coverage[mask], frame.position[mask], frame.status[mask])
         drawn, sky = found.status == STATUS_HIT, np.abs(found.position).max(-1, initial=0) > FAR / 2

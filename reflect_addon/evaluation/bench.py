@@ -22,7 +22,11 @@ from . import (
     bench_limits,
     bench_mirrors,
     bench_nielsen_counts,
+    bench_nielsen_curved,
+    bench_nielsen_draw,
     bench_nielsen_glossy,
+    bench_nielsen_maps,
+    bench_nielsen_motion,
     bench_nielsen_planar,
     bench_popescu,
     bench_srdm,
@@ -41,7 +45,10 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
         bench_depth.measure,
     ),
     "yu": (bench_yu.measure,),
-    "nielsen": (bench_nielsen_counts.measure, bench_nielsen_planar.measure, bench_nielsen_glossy.measure),
+    "nielsen": (
+        bench_nielsen_counts.measure, bench_nielsen_planar.measure, bench_nielsen_draw.measure, bench_nielsen_motion.measure,
+        bench_nielsen_curved.measure, bench_nielsen_maps.measure, bench_nielsen_glossy.measure,
+    ),
     "estalella": (
         bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,
         bench_estalella_kitchen.measure, bench_estalella_reflectors.measure, bench_estalella_stable.measure, bench_estalella_device.measure,

@@ -81,6 +81,7 @@ def render_picture(
         if not background:
             covered = renderer.ray_map(view).covered()[..., None]
             behind = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)
+        renderer.settle(view)
         space = "linear" if out.suffix.lower() == ".exr" else "display"
         picture = renderer.picture(view, behind, space)[..., :3]
         renderer.free()

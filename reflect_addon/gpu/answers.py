@@ -61,9 +61,9 @@ class Answers:
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap: RayMapPass, materials: MaterialTable):
         """Take another snapshot, with its ray map's pass and its materials."""
         self._snapshot, self._raymap, self._materials = snapshot, raymap, materials
-        self._groups = self._group_reflectors(assets)
         self.projector.update(snapshot, assets.values(), surfaces)
         self.levels.update(snapshot, assets, surfaces, raymap, materials)
+        self._groups = self._group_reflectors(assets)
 
     @property
     def draws(self) -> bool:
@@ -73,12 +73,13 @@ class Answers:
     def _group_reflectors(self, assets: dict[str, Asset]) -> list[Group]:
         groups: list[Group] = []
         rough = {s.reflector for s in self._raymap.sections if s.roughness_spread > lobe_rays.FINE}
+        live = {c.reflector for c in self.levels.maps.curved}
         for index, instance in enumerate(self._snapshot.reflectors()):
             asset = asset_of(assets, instance)
             if asset is None:
                 continue
             is_rough = index in rough and lobe_rays.has_outlines(asset)
-            if groups and groups[-1].asset is asset and groups[-1].last == index - 1:
+            if groups and groups[-1].asset is asset and groups[-1].last == index - 1 and not live & {index, index - 1}:
                 groups[-1] = Group(asset, groups[-1].first, index, groups[-1].is_rough or is_rough)
             else:
                 groups.append(Group(asset, index, index, is_rough))
@@ -91,6 +92,12 @@ class Answers:
             if self._projects(group):
                 self.projector.prepare(group.asset, beside)
         self.levels.prepare(beside)
+
+    def plan(self, camera: Camera, resolve, attenuates: bool):
+        """What the next picture needs is decided, and cube maps that are due are drawn; see Levels.plan."""
+        self.levels.plan(camera, resolve, attenuates)
+        gone = {id(asset) for asset in self.levels.draw_maps(self.draw)}
+        self._fills = {key: value for key, value in self._fills.items() if key[0] not in gone}
 
     def draw(self, seen: Seen, background: Asset | None = None):
         """Answers to all rays that are seen. background: an asset, for the camera's own rays."""
@@ -105,8 +112,10 @@ class Answers:
             if self._projects(group):
                 shown = [i for i in self._sharp(group) if self._is_large(seen.camera, i)]
                 self.projector.draw(seen.camera, seen.rays, target, group.asset, shown, bounds)
+            live = self.levels.maps.asset_of(group.first)
+            rough = rough and live is None
             textures = (*seen.rays.textures, self._materials.texture) if rough else seen.rays.textures[:3]
-            fill, most = self.fill(group.asset, target.beside, rough), self.most_rays if rough else None
+            fill, most = self.fill(live or group.asset, target.beside, rough), self.most_rays if rough else None
             fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
         if background is not None:
             fill = self.fill(background, target.beside, kernel=background_kernel(background.kind))

@@ -17,6 +17,7 @@ class Counts:
     searches: int = 0  # of reflection points
     captures: int = 0  # stand-ins drawn again because something moved
     views: int = 0  # mirrored views drawn
+    faces: int = 0  # of cube maps drawn
     views_culled: int = 0  # and not drawn (core/reflection_tree.py)
     energy_left_out: float = 0.0  # of those, share of the picture's light
 

@@ -54,6 +54,9 @@ def has_surfaces(space) -> bool:
 def _on_draw():
     if has_surfaces(bpy.context.space_data):
         _tell_panels(bpy.context.area, draw(bpy.context))
+        found = viewport_session.session(bpy.context.scene.name)
+        if found is not None and found.unsettled:
+            refresh_soon()
 
 
 def _tell_panels(area, background: bool):
@@ -66,7 +69,8 @@ def _tell_panels(area, background: bool):
 
 
 def _refresh():
-    if any([s.refresh() for s in viewport_session.sessions()]):
+    # Not `or`: every session is to be refreshed.
+    if any([s.refresh() | s.unsettled for s in viewport_session.sessions()]):
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:
                 if area.type == "VIEW_3D":

@@ -44,7 +44,7 @@ class LevelSurfaces:
         self.counts, self.lamps = counts, Lamps(np.zeros((0, 0, 4), np.float32), counts)
         self._baked: tuple[Asset | None, dict[str, SurfaceMesh]] = (None, {})
         self._batches: dict[str, SurfaceBatch] = {}  # by instance
-        self._things: list[tuple[SurfaceBatch, np.ndarray, np.ndarray]] = []  # with world_from_object and the corners of its box
+        self._things: list[tuple[str, SurfaceBatch, np.ndarray, np.ndarray]] = []  # instance, ..., world_from_object, corners of its box
 
     def update(self, scene: SceneSnapshot, surfaces: Asset | None, sky: Asset | None):
         """Take another snapshot; surfaces: the scene's surface radiance, sky: an asset of `environment`; None: nothing is drawn.
@@ -68,7 +68,7 @@ class LevelSurfaces:
             if held is None or held.mesh.mesh != mesh.mesh:
                 held = SurfaceBatch(mesh, self.counts)
             kept[name] = held
-            self._things.append((held, instance.world_from_object, corners_of(scene.bounds([instance]))))
+            self._things.append((name, held, instance.world_from_object, corners_of(scene.bounds([instance]))))
         self._batches = kept
         rows = lamp_rows(scene, self._baked[1])
         if not np.array_equal(self.lamps.rows, rows):
@@ -78,8 +78,8 @@ class LevelSurfaces:
         """Compile now."""
         program(SURFACE, self.counts)
 
-    def draw(self, view: View, camera: Camera, target: LevelTarget, window):
-        """Everything that window (x, y, width, height) of the camera's picture may show. view: the camera's."""
+    def draw(self, view: View, camera: Camera, target: LevelTarget, window, hidden: str = ""):
+        """Everything but an instance that is `hidden` that window (x, y, width, height) of the camera's picture may show. view: the camera's."""
         gpu = ensure()
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
@@ -93,8 +93,8 @@ class LevelSurfaces:
             shader = program(SURFACE, self.counts)
             shader.bind()
             shader.block("view", view.buffer)
-            for held, world_from_object, corners in self._things:
-                if may_be_seen(camera, corners, window):
+            for name, held, world_from_object, corners in self._things:
+                if name != hidden and may_be_seen(camera, corners, window):
                     shader.set("rel_from_object", view.rel_from_object(world_from_object))
                     shader.draw(held.batch)
                     self.counts.draws += 1

@@ -8,7 +8,7 @@ Targets are as large as what is seen of their level's mirrors, in steps: deep in
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
 from ..core.methods import recursive
 from ..core.mirrors import ROUGHEST
-from ..core.reflection_tree import ROOT, Node, Tree, TreeSettings
+from ..core.reflection_passes import Passes, view_independent
+from ..core.reflection_tree import ROOT, Culling, Node, Tree, TreeSettings
 from ..core.snapshot import SceneSnapshot
-from ..core.tree_growth import grow
 from .counts import Counts
+from .cube_maps import CubeMaps
 from .device import ensure
 from .fill import TextureCache
 from .glossy_mirrors import GlossyMirror
@@ -70,11 +71,13 @@ class Levels:
         self._levels: dict[int, Level] = {}  # by depth
         self._whole = (0, 0)  # px of the picture that the levels were made for
         self._planes: tuple = ()
-        self._looked_for: tuple | None = None  # what planes were looked for in, and those found
+        self._looked_for: tuple | None = None  # what mirrors were looked for in, and those found
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
-        self._made_of: tuple = ()
+        self.maps = CubeMaps(counts, textures)
+        self.culling = Culling()
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
+        self.passes: Passes | None = None  # of the last frame
 
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap, materials: MaterialTable):
         """Take another snapshot. Planes are looked for, and surfaces uploaded, where an asset asks for it."""
@@ -87,13 +90,18 @@ class Levels:
         self._surfaces.update(snapshot, surfaces if chosen else None, sky)
         if not chosen:
             self._levels, self.tree = {}, None
+            self.maps.free()
             return
         asked = [asset.settings for asset in chosen.values()]
         self._settings = TreeSettings(
             depth=max(int(s["depth"]) for s in asked), least_energy=min(float(s["least_energy"]) for s in asked)
         )
         self._endless = any(bool(s["endless"]) for s in asked)
-        self._planes = tuple(plane for plane in self._planes_of(snapshot) if plane.reflector in chosen)
+        planes, curved = self._mirrors_of(snapshot)
+        self._planes = tuple(plane for plane in planes if plane.reflector in chosen)
+        live = tuple(c for c in curved if c.reflector in chosen and chosen[c.reflector].settings["curved"])
+        side, most = (max(int(s[name]) for s in asked) for name in ("map_side", "maps_per_frame"))
+        self.maps.update(snapshot, surfaces, live, self._planes, side, most)
         # Of what is no mirror to mirrors surface radiance holds all that it shows.
         rows = MaterialTable.rows_of(snapshot)
         for row, material in zip(rows, snapshot.materials, strict=False):
@@ -101,20 +109,20 @@ class Levels:
         if self._mirrors is None or not np.array_equal(self._mirrors.rows, rows):
             self._mirrors = MaterialTable(rows, self.counts)
 
-    def _planes_of(self, scene: SceneSnapshot):
+    def _mirrors_of(self, scene: SceneSnapshot):
         """Looked for again when a reflector moved or changed: half a second in a kitchen. (Whether somebody looks at a closed mesh from
         inside is then as it was.)"""
         key = scene.materials, tuple(
             (scene.meshes[r.mesh].key, np.asarray(r.world_from_object).tobytes(), r.materials, r.mark) for r in scene.reflectors()
         )
         if self._looked_for is None or self._looked_for[0] != key:
-            self._looked_for = key, recursive.drawn_planes(scene)
+            self._looked_for = key, recursive.drawn_mirrors(scene)
         return self._looked_for[1]
 
     @property
     def draws(self) -> bool:
-        """Whether there are planar mirrors to be drawn."""
-        return bool(self._planes)
+        """Whether there are mirrors to be drawn."""
+        return bool(self._planes or self.maps.curved)
 
     def prepare(self, beside: str | None):
         """Compile now."""
@@ -125,17 +133,39 @@ class Levels:
             for plane in self._planes:
                 if plane.roughness[1] > 0:
                     self._glossy_mirror(plane.reflector, beside).prepare()
+        self.maps.prepare()
 
     def plan(self, camera: Camera, resolve, attenuates: bool):
-        """The views of the next picture. resolve: what makes light of answers (resolve.py), which reads distances where it `attenuates`."""
+        """The views of the next picture, and of the cube maps before it. resolve: what makes light of answers (resolve.py), which reads distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
-        self.tree = None
+        self.tree = self.passes = None
         if self.draws:
-            self.tree = grow(camera, self._planes, self._settings)
+            settings = replace(self._settings, culling=self.culling)
+            self.passes = view_independent(
+                camera, self._planes, self.maps.curved, settings, self.maps.due(camera), self.maps.side, border=1
+            )
+            self.tree = self.passes.main
             self._make_room(camera)
-            self.counts.views += len(self.tree.nodes)
-            self.counts.views_culled += sum(self.tree.culled.values())
+            self.counts.faces += len(self.passes.faces)
+            for tree in self.passes.trees:
+                self.counts.views += len(tree.nodes)
+                self.counts.views_culled += sum(tree.culled.values())
             self.counts.energy_left_out += sum(self.tree.left_out.values())
+
+    def draw_maps(self, answer) -> list[Asset]:
+        """The cube maps that are due, before the picture. answer: Answers.draw. Returns assets that no longer serve."""
+        gone = []
+        for face in self.passes.faces if self.passes else ():
+            self.tree, camera, target = face.tree, face.tree.root, self.maps.targets
+            target.answers.clear()
+            self._draw_picture(target, camera, (0, 0, *target.size), 1, Seen(camera, target.rays, target.answers, (0, 0, *target.size)), answer,
+                               self.maps.name_of(face.curved))
+            self._view.set(camera)
+            target.take(face.face, self._view, self.maps.reach(face.curved), self._surfaces.lamps, self._per_metre(), self._batch)
+            if face.face == 5:
+                gone.append(self.maps.complete(face.curved, self._batch))
+        self.tree = self.passes.main if self.passes else None
+        return [asset for asset in gone if asset is not None]
 
     def draw(self, seen: Seen, reflectors: range, bounds, answer):
         """What planar mirrors among these reflectors show, into seen.target, within bounds. answer: Answers.draw."""
@@ -156,14 +186,18 @@ class Levels:
         """The picture of one view, into its level's targets."""
         level, corner, window = self._levels[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
         camera = self._camera_of(node)
+        self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer)
+
+    def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = ""):
+        """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see."""
         self._view.set(camera)
         level.picture.clear(window)
-        self._surfaces.draw(self._view, camera, level.picture, window)
-        last = node.depth >= self._settings.depth and not self._endless
+        self._surfaces.draw(self._view, camera, level.picture, window, hidden)
+        last = depth >= self._settings.depth and not self._endless
         if last or not self._raymap.any_seen(camera, window):
             return
-        self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True)
-        answer(Seen(camera, level.rays, level.answers, window, index, corner))
+        self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
+        answer(seen)
         self._light(level, window)
 
     def _light(self, level: Level, window):
@@ -242,22 +276,30 @@ class Levels:
     def _make_room(self, camera: Camera):
         """Targets that hold every view of the tree; sides grow in steps of an eighth of the picture's and never shrink, so that a camera's
         move seldom makes new ones."""
-        whole = camera.width, camera.height
+        self.maps.make_room()
+        least = self.maps.targets.size if self.maps.targets else (1, 1)
+        whole = max(camera.width, least[0]), max(camera.height, least[1])
         if whole != self._whole:
             self._levels, self._whole = {}, whole
-        for depth in {node.depth for node in self.tree.nodes}:
+        nodes = [node for tree in self.passes.trees for node in tree.nodes]
+        for depth in {node.depth for node in nodes}:
             level = self._levels.get(depth)
             held = level.size if level else (0, 0)
-            drawn = np.max([node.drawn[2:] for node in self.tree.nodes if node.depth == depth], axis=0)
+            drawn = np.max([node.drawn[2:] for node in nodes if node.depth == depth], axis=0)
             steps = np.maximum(np.ceil(np.array(whole) / SIDES), 1)
             size = tuple(int(max(h, min(np.ceil(d / s) * s, max(w, d)))) for h, d, s, w in zip(held, drawn, steps, whole, strict=True))
             if level is None or size != held or level.beside != self._beside:
                 self._levels[depth] = Level(size, self._beside, self.counts)
 
+    def level_bytes(self) -> int:
+        """Memory on the GPU of the targets, one set a level."""
+        return sum(level.bytes for level in self._levels.values())
+
     def bytes(self) -> int:
-        """Memory on the GPU: surfaces, and one set of targets a level."""
-        return self._surfaces.bytes() + sum(level.bytes for level in self._levels.values())
+        """Memory on the GPU: surfaces, levels, and what cube maps are made in."""
+        return self._surfaces.bytes() + self.maps.targets_bytes() + self.level_bytes()
 
     def free(self):
-        self._levels, self._glossy, self._planes, self._mirrors, self.tree = {}, {}, (), None, None
+        self._levels, self._glossy, self._planes, self._mirrors, self.tree, self.passes = {}, {}, (), None, None, None
+        self.maps.free()
         self._surfaces.free()

@@ -89,10 +89,10 @@ class RayMapPass:
             id(s.instance): _box_corners(snapshot.world_positions(s.instance)) for s in self.sections
         }
 
-    def draw(self, view: View, target: RayMapTarget, gpu, background=None, window=None, in_mirrors: bool = False):
+    def draw(self, view: View, target: RayMapTarget, gpu, background=None, window=None, in_mirrors: bool = False, hidden: str = ""):
         """Occluders into depth, then the reflectors' rays where nothing hides them. background: a full-screen batch: then all
         other pixels hold the camera's own rays. window (x, y, width, height): nothing outside it is touched. in_mirrors: as a mirror
-        sees the scene, without what glossy rays do not meet."""
+        sees the scene, without what glossy rays do not meet; hidden: nor this instance."""
         target.clear(window)
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
@@ -111,25 +111,25 @@ class RayMapPass:
                 hide.bind()
                 hide.block("view", view.buffer)
                 for instance, first, count in self.hiders:
-                    if in_mirrors and not instance.visible_glossy:
+                    if in_mirrors and not instance.visible_glossy or instance.name == hidden:
                         continue
                     hide.set("rel_from_object", view.rel_from_object(instance.world_from_object))
                     hide.draw(self.meshes[instance.mesh].batch, first, count)
                     self.counts.draws += 1
                 gpu.state.color_mask_set(True, True, True, True)
             if self.sections:
-                self.draw_sections(view, program(RAY_MAP, self.counts), in_mirrors=in_mirrors)
+                self.draw_sections(view, program(RAY_MAP, self.counts), in_mirrors=in_mirrors, hidden=hidden)
             gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
 
-    def draw_sections(self, view: View, shader: Program, bind=lambda shader: None, in_mirrors: bool = False):
-        """All reflectors with a program made by surface_info; `bind` sets what else it needs; in_mirrors: as in draw."""
+    def draw_sections(self, view: View, shader: Program, bind=lambda shader: None, in_mirrors: bool = False, hidden: str = ""):
+        """All reflectors with a program made by surface_info; `bind` sets what else it needs; in_mirrors, hidden: as in draw."""
         shader.bind()
         shader.block("view", view.buffer)
         bind(shader)
         for s in self.sections:
-            if in_mirrors and not s.instance.visible_glossy:
+            if in_mirrors and not s.instance.visible_glossy or s.instance.name == hidden:
                 continue
             shader.set("rel_from_object", view.rel_from_object(s.instance.world_from_object))
             shader.set("surface", (s.reflector, s.material, s.roughness_spread, 0.0))

@@ -20,7 +20,7 @@ from .counts import Counts
 from .device import ensure
 from .fill import TextureCache
 from .follow import Followed, Followers
-from .levels import Seen
+from .levels import Levels, Seen
 from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
@@ -218,7 +218,7 @@ class Renderer:
             size = camera.width, camera.height
             self._targets[beside] = ReflectionTarget(*size, beside, self._counts, depth=self._draws)
         target = self._targets[beside]
-        self._answers.levels.plan(camera, self._resolve, self.attenuation is not None)
+        self._answers.plan(camera, self._resolve, self.attenuation is not None)
         self._answers.draw(Seen(camera, self._rays, target), background)
         return target
 
@@ -270,6 +270,22 @@ class Renderer:
     def mirrored_views(self) -> Tree | None:
         """The schedule of the last picture's mirrors in mirrors; None where none is drawn."""
         return self._answers.levels.tree
+
+    @property
+    def mirrors(self) -> Levels:
+        """Its mirrored views and cube maps."""
+        return self._answers.levels
+
+    @property
+    def settled(self) -> bool:
+        """Whether the next picture shows what this one does, as nothing moved and every cube map is what it should be."""
+        return self._answers.levels.maps.settled
+
+    def settle(self, camera: Camera):
+        """Makes all cube maps that are due, however many frames a window would take: for a picture of a scene at rest."""
+        while not self.settled:
+            with drawing_state():
+                self._answers.plan(camera, self._resolve, self.attenuation is not None)
 
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
         """Vertices of a frame by what is known of them (core/virtual_status.py), searched or interpolated, of what reflectors may show;

@@ -80,6 +80,11 @@ class ViewportSession:
             self._renderer.prepare(overlay=True)
         return self._renderer
 
+    @property
+    def unsettled(self) -> bool:
+        """Whether the next picture would show more than the last one, though nothing moves: cube maps that are due."""
+        return bool(self.method) and not self.message and self._renderer is not None and not self._renderer.settled
+
     def free(self):
         """Let go of the GPU's memory; the next refresh starts anew."""
         if self._renderer is not None:

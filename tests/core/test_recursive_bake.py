@@ -33,7 +33,7 @@ def test_a_pane_is_two_mirrors_and_a_ball_none():
 def test_rough_mirrors_are_left_to_distance_maps():
     for roughness, count in ((0.7, 2), (0.71, 0)):
         scene = snapshot(pane(3, 2, (-1.5, 0, 1.0), (1, 0, 0), replace(MIRROR, roughness=roughness)), **things())
-        assert len(recursive.drawn_planes(scene)) == count
+        assert len(recursive.drawn_mirrors(scene)[0]) == count
 
 
 def test_it_names_whose_surfaces_are_drawn():

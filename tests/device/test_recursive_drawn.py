@@ -180,8 +180,8 @@ def test_planes_are_looked_for_when_a_reflector_moves(drawn, monkeypatch):
     from reflect_addon.core.methods import recursive
 
     looked = []
-    found = recursive.drawn_planes
-    monkeypatch.setattr(recursive, "drawn_planes", lambda scene: looked.append(scene) or found(scene))
+    found = recursive.drawn_mirrors
+    monkeypatch.setattr(recursive, "drawn_mirrors", lambda scene: looked.append(scene) or found(scene))
     shift = np.eye(4)
     shift[0, 3] = 0.1
     for name, times in (("Torus", 0), ("Mirror", 1)):

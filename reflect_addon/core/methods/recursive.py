@@ -6,6 +6,8 @@ from there, until a depth is reached (3.1, Fig 4). One target per level is enoug
   * Planes are recognised in any mesh (mirror_planes.py), views are cameras (mirrored_view.py), and which of them are worth a picture is
     decided before anything is drawn (reflection_tree.py): by what is seen, how large, and how strong a mirror still is.
   * A level is a picture like the window's (gpu/levels.py), so what is curved is answered in it by its own asset's kernel.
+  * A curved reflector is answered by its own distance maps as baked, or by a cube map that is drawn when something moved, with the planar
+    mirrors in it and the other curved ones by the maps that they have (3.2, Fig 6; live_maps.py, map_updates.py).
   * Behind the surfaces of a view is the sky, a map by direction traced with everything hidden: views know that a ray meets nothing.
 Where we depart. The paper fills a mirror beyond the last level with the surface alone; here `layered_distance` answers it, and whatever
 else no view was drawn for, so that the last level does not show (option `endless`; without it as the paper, and as a renderer with
@@ -18,6 +20,7 @@ from dataclasses import replace
 
 from .. import reflected_surfaces
 from ..asset import Asset
+from ..curved_views import CurvedMirror, curved_of
 from ..job import BakeJob
 from ..kernel import Hit
 from ..mirror_planes import MirrorPlane, planes_of
@@ -43,8 +46,15 @@ SETTINGS = {
                             "share of the picture times the reflectances on the way to it", high=1.0, advanced=True),
     "endless": Setting("Endless", "Let distance maps answer mirrors beyond the last level. Without it these show no reflection, as "
                       "a renderer whose glossy bounces end there", advanced=True),
+    "curved": Setting("Live Cube Maps", "Answer curved reflectors by cube maps that are drawn when something moves, with mirrors in them, "
+                      "instead of by distance maps as baked"),
+    "map_side": Setting("Map Side", "Texels along an edge of a live cube map", low=16, high=1024, power_of_two=True, advanced=True),
+    "maps_per_frame": Setting("Maps a Frame", "Live cube maps that a frame makes at most, six views of the scene each; others show what "
+                              "they had, those with the largest error being next", soft_high=8, advanced=True),
 }  # fmt: skip
-DEFAULTS = {**environment.DEFAULTS, "depth": 3, "least_energy": 1e-4, "endless": True}
+DEFAULTS = {
+    **environment.DEFAULTS, "depth": 3, "least_energy": 1e-4, "endless": True, "curved": False, "map_side": 128, "maps_per_frame": 1,
+}  # fmt: skip
 
 
 def bake(job: BakeJob) -> Asset:
@@ -52,7 +62,7 @@ def bake(job: BakeJob) -> Asset:
     if NAME not in job.shared:
         job.shared[NAME] = environment.capture(job, NAME, tuple(i.object_name for i in (*job.scene.instances, *job.scene.lamps)))
     sky = job.shared[NAME]
-    planes = [plane for plane in drawn_planes(job.scene) if job.scene.reflectors()[plane.reflector].name == job.reflector.name]
+    planes = [plane for plane in drawn_mirrors(job.scene)[0] if job.scene.reflectors()[plane.reflector].name == job.reflector.name]
     return Asset(
         NAME,
         job.reflector.name,
@@ -70,9 +80,10 @@ def sky_of(asset: Asset) -> Asset:
     return Asset(environment.NAME, asset.reflector, images, uniforms)
 
 
-def drawn_planes(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
-    """The planar mirrors that are smooth enough for a view."""
-    return tuple(plane for plane in planes_of(scene) if plane.roughness[1] <= ROUGHEST)
+def drawn_mirrors(scene: SceneSnapshot) -> tuple[tuple[MirrorPlane, ...], tuple[CurvedMirror, ...]]:
+    """The planar mirrors that are smooth enough for a view, and the curved ones, which may have a cube map."""
+    planes = planes_of(scene)
+    return tuple(plane for plane in planes if plane.roughness[1] <= ROUGHEST), curved_of(scene, planes)
 
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:

@@ -1,0 +1,59 @@
+"""Curved mirrors in planar ones and planar ones in curved: scene (d), live cube maps against an environment map, Cycles as truth.
+
+"Every point on an environment mapped surface sees the exact same surroundings regardless of its position": here the map knows how far
+everything is, what mirrors show included (core/live_maps.py). Errors are of single rays, as evaluate.py has them: what is drawn is asked for the
+frame itself, whose footprints blur what is finer than a pixel, and that counts in full.
+"""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core import metrics
+from ..core.methods import environment
+from ..core.processes import temporary_folder
+from .assets import baked_in
+from .backends import GpuBackend
+from .bench_nielsen_drawn import drawn
+from .bench_row import row
+from .evaluate import judge
+
+SIZE, SAMPLES = (256, 192), 8
+BAKE = {"samples": 16, "resolution": 64, "surface_samples": 16, "surface_levels": 5}
+HALF = 0.5
+NEAR = 5e-3  # m: a hit is on a mirror's surface
+
+
+def measure(progress) -> list[dict]:
+    """A row for targets.json."""
+    progress(0.0, "nielsen: baking mirrors_d")
+    with temporary_folder("reflect-bench-") as folder:
+        scene = drawn("mirrors_d", SIZE, Path(folder), BAKE)
+        progress(0.5, "nielsen: the truth of mirrors_d")
+        judged = judge(bpy.context.scene, scene.snapshot, SIZE, Path(folder), None, SAMPLES, "gpu", lambda share, text: None)
+        plain = baked_in(Path(folder) / scene.name, scene.snapshot, environment.NAME)
+        return [_errors(scene, judged, plain.assets)]
+
+
+def _errors(scene, judged, plain) -> dict:
+    mask, truth = judged.ray_map.covered(), judged.truth.hits
+    flat = GpuBackend(scene.snapshot, plain, judged.look, judged.camera, judged.ray_map).answer().radiance
+    live, gathered = scene.renderer(curved=True, maps_per_frame=100), scene.renderer(curved=False)
+    live.settle(scene.camera)
+    shown = [flat, *(renderer.answer(scene.camera).radiance[mask] for renderer in (live, gathered))]
+    curved = live.mirrors.maps.curved
+    live.free(), gathered.free()
+    on_curved = np.isin(judged.ray_map.reflector[mask], [c.reflector for c in curved])
+    at = truth.position.astype(np.float64)
+    meets_curved = np.any([np.linalg.norm(at - c.center, axis=1) < c.radius + NEAR for c in curved], axis=0)
+    meets_planar = truth.hit & (np.abs(at).min(-1) < NEAR)  # (d)'s mirrors are the planes of the axes
+    chosen = {"all": np.ones(len(at), bool), "curved in planar": ~on_curved & meets_curved, "planar in curved": on_curved & meets_planar}
+    errors = {name: [metrics.rmse(radiance[which], truth.radiance[which]) for radiance in shown] for name, which in chosen.items()}
+    noise = metrics.rmse(judged.truth.second_radiance, truth.radiance)
+    ratios = [live / flat for flat, live, _ in errors.values()]
+    told = "; ".join(f"{name} {e[1]:.3f} over {e[0]:.3f}, {e[2]:.3f} by distance maps as baked, {chosen[name].sum()} px" for name, e in errors.items())
+    return row(
+        "N-curved-rmse", ratios, [HALF] * len(ratios), max(ratios) <= HALF,
+        f"RMSE of radiance in mirrors_d by live cube maps over environment's, {SIZE[0]}x{SIZE[1]}: {told}; between two truths {noise:.3f}.",
+    )  # fmt: skip
