@@ -6,11 +6,13 @@ import hand_scenes
 import numpy as np
 import pytest
 import tolerances
+import virtual_scenes
+from lamp_scenes import lit_scene, lit_tracer
 from mesh_scenes import tracer
-from mirror_rooms import baked, one_mirror, paint
+from mirror_rooms import SURFACES, baked, one_mirror, paint
 from virtual_scenes import ball
 
-from reflect_addon.core import cubemap
+from reflect_addon.core import cubemap, surface_radiance
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.spaces import STATUS_FELL_BACK
 
@@ -172,3 +174,26 @@ def test_without_the_setting_the_baked_asset_answers(device, found):
     second = ray_map.reflector == ray_map.reflector_names.index("Second")
     assert (answer.status[second] == STATUS_FELL_BACK).all() and renderer.settled and renderer.counts()["faces"] == 0
     renderer.free()
+
+
+def test_lamps_are_in_the_map(device):
+    """Which are no surfaces: each texel's ray adds them to what it meets."""
+    from reflect_addon.gpu.renderer import Renderer
+
+    scene = lit_scene()
+    made = baked(scene, curved=True, map_side=SIDE)
+    surfaces = surface_radiance.bake(scene, lit_tracer(scene), (*scene.instances, *scene.lamps), SURFACES)
+    shown = []
+    for lamps in (scene.lamps, ()):
+        renderer = Renderer(replace(scene, lamps=lamps), made.assets, surfaces=surfaces)
+        renderer.settle(CAMERA)
+        (name,) = renderer.reflector_names
+        shown.append(image_of(renderer, name)[: SIDE + 2, :, :3].reshape(-1, 3))
+        center = renderer.mirrors.maps.curved[0].center
+        renderer.free()
+    others = replace(scene, instances=tuple(i for i in scene.instances if i.name != name))
+    rays = cubemap.bundle(center, SIDE)
+    added = lit_tracer(others)(rays).radiance - tracer(others, virtual_scenes.paint)(rays).radiance
+    lit = added.max(1) > 0.5
+    same = np.abs(shown[0] - shown[1] - added).max(1) < tolerances.MAP_SETTLED
+    assert lit.sum() > 100 and same[lit].mean() > 1 - tolerances.MAP_EDGE and same.mean() > 1 - tolerances.MAP_EDGE
