@@ -78,8 +78,8 @@ class _Growth:
             planar = isinstance(self.mirrors[node["mirror"]], MirrorPlane)
             size = (0, 0, camera.width, camera.height)
             drawn = size
-            if planar and self.cull.scissor:
-                drawn = widened(node["window"], self.mirrors[node["mirror"]].roughness[1], camera)
+            if planar:
+                drawn = widened(node["window"] if self.cull.scissor else size, self.mirrors[node["mirror"]].roughness[1], camera)
             made = Node(camera=camera, drawn=drawn, **node)
             self.nodes.append(made)
             polygon, each = made.polygon, pixel

@@ -170,7 +170,7 @@ def test_fields_hold_what_the_command_line_takes(registered):
     from reflect_addon.core import methods
 
     settings = bpy.context.scene.reflect
-    sides = {"resolution": [], "texels": [], "view_texels": [], "map_texels": []}
+    sides = {"resolution": [], "texels": [], "view_texels": [], "map_texels": [], "map_side": []}
     for method in methods.all_methods():
         settings.method = method.NAME
         for name in method.DEFAULTS:
