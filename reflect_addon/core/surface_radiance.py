@@ -111,8 +111,8 @@ def _lamps(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> tuple[np.nd
         low, high = scene.bounds([instances[k]])
         center[k] = (low + high) / 2
         if not shining(scene, instances[k]).any():
-            through[k] = np.linalg.norm(high - low)
-            lift[k] = LAMP_LIFT * through[k]
+            lift[k] = LAMP_LIFT * np.linalg.norm(high - low)
+            through[k] = np.max(high - low)
     return is_lamp, center, lift, through
 
 
