@@ -51,10 +51,10 @@ def two_mirrors(place=(1.5, 0, 1.0), toward=(-1, 0, 0)) -> SceneSnapshot:
     return one_mirror(Other=pane(3, 2, place, toward))
 
 
-def baked(scene: SceneSnapshot, paint=paint, **settings) -> Baked:
-    """Assets of all reflectors, joined, and the surfaces."""
+def baked(scene: SceneSnapshot, paint=paint, method=recursive, **settings) -> Baked:
+    """Assets of all reflectors, joined, and the surfaces. method: recursive, or another that stands on layered_distance."""
     assets = {}
     for reflector in scene.reflectors():
-        own = replace(job(scene, {**recursive.DEFAULTS, **BELOW, **settings}, paint=paint), reflector=reflector)
-        assets[reflector.name] = recursive.bake(own).joined(layered_distance.bake(own))
+        own = replace(job(scene, {**method.DEFAULTS, **BELOW, **settings}, paint=paint), reflector=reflector)
+        assets[reflector.name] = method.bake(own).joined(layered_distance.bake(own))
     return Baked(scene, assets, surface_radiance.bake(scene, tracer(scene, paint), scene.instances, SURFACES))

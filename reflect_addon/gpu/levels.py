@@ -136,7 +136,8 @@ class Levels:
         self.maps.prepare()
 
     def plan(self, camera: Camera, resolve, attenuates: bool):
-        """The views of the next picture, and of the cube maps before it. resolve: what makes light of answers (resolve.py), which reads distances where it `attenuates`."""
+        """The views of the next picture, and of the cube maps before it. resolve: what makes light of answers (resolve.py), which reads
+        distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
         self.tree = self.passes = None
         if self.draws:

@@ -6,6 +6,7 @@ order along the reflected rays. With the option `finish` each fragment asks its 
 """
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -59,7 +60,7 @@ class Projector:
         self._searches: dict[int, tuple[Asset, Search, tuple]] = {}  # with the asset's pieces
         self._drawings: dict[tuple[int, str | None], tuple[Asset, Drawing]] = {}
         self._seconds: dict[int, tuple[Asset, Second]] = {}
-        self._hits: dict[str | None, Hits] = {}
+        self._hits: WeakKeyDictionary[ReflectionTarget, Hits] = WeakKeyDictionary()  # the window's target and each level's of mirrored views
         self._batch = triangle_batch()
         self._grids: dict[float, GridTables] = {}  # by share of the vertices; 0: in levels
         self._parts: dict[tuple[str, int], _Part] = {}
@@ -186,7 +187,8 @@ class Projector:
     def free(self):
         self._scene, self._mirrors, self._lamps, self._made_of = None, None, None, ()
         self._searches, self._drawings, self._parts, self._grids = {}, {}, {}, {}
-        self._seconds, self._hits = {}, {}
+        self._seconds = {}
+        self._hits.clear()
 
     def _search(self, asset: Asset) -> tuple[Search | GridSearch, tuple]:
         if id(asset) not in self._searches:
@@ -223,10 +225,9 @@ class Projector:
         return self._seconds[id(asset)][1]
 
     def _hits_in(self, target: ReflectionTarget) -> Hits:
-        held = self._hits.get(target.beside)
-        if held is None or held.target is not target:
-            held = self._hits[target.beside] = hits_of(target, self.counts)
-        return held
+        if target not in self._hits:
+            self._hits[target] = hits_of(target, self.counts)
+        return self._hits[target]
 
     def _part(self, reflector: Instance, number: int) -> _Part:
         key = (reflector.name, number)

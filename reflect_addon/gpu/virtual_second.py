@@ -22,8 +22,10 @@ from .program import ProgramInfo, call_text, program
 from .targets import ReflectionTarget
 from .upload import texture_from
 
-MATERIAL = {"base": "texelFetch(mirrors_buf, ivec2(0, row), 0)", "tint": "texelFetch(mirrors_buf, ivec2(1, row), 0)",
-            "lobe": "texelFetch(mirrors_buf, ivec2(2, row), 0).xy", "share": "share", "direction": "direction.xyz", "normal": "normal"}  # fmt: skip
+MATERIAL = {
+    "base": "texelFetch(mirrors_buf, ivec2(0, row), 0)", "tint": "texelFetch(mirrors_buf, ivec2(1, row), 0)",
+    "lobe": "texelFetch(mirrors_buf, ivec2(2, row), 0).xy", "share": "share", "direction": "direction.xyz", "normal": "normal",
+}  # fmt: skip
 _SHOWN = {"origin": "hit_position", "width": "width", "spread": "direction.w", **MATERIAL}
 
 
@@ -45,21 +47,23 @@ class Mirrors:
 
     def kept(self) -> GlslKernel:
         """What a mirror leaves of the light of the surface below it."""
-        return emit_glsl(record_function(virtual_shade.kept, virtual_shade.KEPT_INPUTS, options=self.options, name="kept_below"), ("kept",), "kept_below", push_bytes=0)
+        recorded = record_function(virtual_shade.kept, virtual_shade.KEPT_INPUTS, options=self.options, name="kept_below")
+        return emit_glsl(recorded, ("kept",), "kept_below", push_bytes=0)
 
 
 @dataclass(frozen=True)
 class Hits:
     """Where virtual objects are drawn with their hits beside, for one reflection buffer."""
 
-    target: ReflectionTarget
+    width: int  # px
+    height: int  # px
     mirror_tx: object
     framebuffer: object  # the target's, with mirror_tx
     light: object  # its radiance alone, behind its depth
 
     @property
     def bytes(self) -> int:
-        return 16 * self.target.width * self.target.height
+        return 16 * self.width * self.height
 
 
 def hits_of(target: ReflectionTarget, counts: Counts) -> Hits:
@@ -70,7 +74,8 @@ def hits_of(target: ReflectionTarget, counts: Counts) -> Hits:
     beside = [texture for texture in (target.position_tx, target.distance_tx) if texture is not None]
     counts.allocations += 1
     return Hits(
-        target, mirror, gpu.types.GPUFrameBuffer(depth_slot=target.depth_tx, color_slots=[target.radiance_tx, *beside, mirror]),
+        target.width, target.height, mirror,
+        gpu.types.GPUFrameBuffer(depth_slot=target.depth_tx, color_slots=[target.radiance_tx, *beside, mirror]),
         gpu.types.GPUFrameBuffer(depth_slot=target.depth_tx, color_slots=[target.radiance_tx]),
     )  # fmt: skip
 
@@ -103,7 +108,7 @@ class Second:
         """Adds the light of reflectors first..last inside bounds, where something was drawn."""
         gpu = ensure()
         with hits.light.bind():
-            hits.light.viewport_set(0, 0, hits.target.width, hits.target.height)
+            hits.light.viewport_set(0, 0, hits.width, hits.height)
             gpu.state.blend_set("ADDITIVE_PREMULT")
             gpu.state.face_culling_set("NONE")
             gpu.state.depth_mask_set(False)
@@ -113,9 +118,8 @@ class Second:
             shader = self.program
             shader.bind()
             shader.set("reflectors", (first, last))
-            for name, texture in (*zip(RAYS, rays.textures, strict=False), ("mirror_tx", hits.mirror_tx), ("mirrors_buf", self._mirrors.texture)):
-                shader.image(name, texture)
-            for name, texture in self._images.items():
+            images = {"mirror_tx": hits.mirror_tx, "mirrors_buf": self._mirrors.texture, **self._images}
+            for name, texture in (dict(zip(RAYS, rays.textures, strict=False)) | images).items():
                 shader.image(name, texture)
             if self._block is not None:
                 shader.block(self._block_name, self._block)

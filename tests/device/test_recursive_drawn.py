@@ -11,6 +11,7 @@ from mesh_scenes import tracer
 from mirror_rooms import baked, one_mirror, paint, pane, two_mirrors
 from virtual_scenes import ball
 
+from reflect_addon.core.methods import virtual_objects
 from reflect_addon.core.spaces import FAR, STATUS_FELL_BACK, STATUS_HIT
 
 CAMERA = hand_scenes.camera((1.2, -1.0, 1.3), (-1.5, 0.2, 0.7), (128, 96), fov=0.9)
@@ -200,6 +201,24 @@ def test_a_curved_mirror_in_a_planar_one_is_answered_by_its_own_kernel(device):
     assert (seen.status[direct] == STATUS_FELL_BACK).all()
     mine &= ~direct
     assert mine.sum() > 50 and np.median(seen.error[mine]) < 0.1 < seen.truth.radiance[mine].mean()
+    renderer.free()
+
+
+def test_virtual_objects_in_a_mirrored_view(device):
+    """Each reflector by its own method; the next frames need no other memory, though the ball is drawn into two targets."""
+    scene = one_mirror(Second=ball(0.3, (0.0, 0.1, 0.9), 4))
+    found, shown = baked(scene), baked(scene, method=virtual_objects)
+    both = replace(found, assets={**found.assets, "Second": shown.assets["Second"]})
+    renderer = renderer_of(both)
+    seen = Seen(renderer, scene)
+    direct = seen.map.reflector[seen.mask] == 1
+    through = ~direct & (seen.truth.object == [i.name for i in scene.instances].index("Second"))
+    assert (seen.status[direct & seen.truth.hit] == STATUS_HIT).mean() > 1 - 2 * tolerances.VIRTUAL_MISSED
+    assert through.sum() > 50 and np.median(seen.error[through]) < 0.1 < seen.truth.radiance[through].mean()
+    renderer.answer(CAMERA, positions=False)
+    before = renderer.counts()
+    renderer.answer(CAMERA, positions=False)
+    assert all(renderer.counts()[name] == before[name] for name in ("allocations", "uploads", "compiles"))
     renderer.free()
 
 
