@@ -323,3 +323,7 @@ MAP_HALF = 4e-3
 MAP_SETTLED = 1e-2
 # ... and the median error where something is met, over that of look-ups by direction alone (0.79 measured; of it surface radiance is a half).
 MAP_PLACED = 0.9
+# Calmed surfaces (core/surface_calm.py): the noise that is left over the one wished for, and questions over those that theory asks: variances
+# of three answers, averaged over some twenty neighbours, are uncertain by a sixth, and samples are asked a whole number of times.
+CALMED_NOISE = 0.2
+CALMED_QUESTIONS = 0.25

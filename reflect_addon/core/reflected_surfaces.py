@@ -5,7 +5,7 @@ from .remake import part_of
 from .snapshot import Instance, SceneSnapshot
 
 # Of surface_radiance.py: as fine as the reflectors see them, cut along steps. The same for all such methods, which share one asset.
-SETTINGS = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000}
+SETTINGS = {"surface_angle": 0.03, "surface_cuts": 4, "surface_levels": 8, "surface_triangles": 300_000, "surface_noise": 0.05}
 
 
 def parts(scene: SceneSnapshot) -> tuple[Part, ...]:

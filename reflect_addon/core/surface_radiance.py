@@ -24,6 +24,7 @@ from .mirrors import mirror_of
 from .rays import Hits, Rays
 from .snapshot import Instance, SceneSnapshot
 from .surface_asset import SurfaceMesh, asset_of, on_faces
+from .surface_calm import calm
 from .surface_cuts import cut
 from .surface_reach import lengths_of
 from .surface_refine import refine
@@ -32,10 +33,11 @@ from .surface_soup import Ask, Lengths, Soup
 # surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
 # paths for each traced point; surface_angle: radians of the shortest edges as reflectors see them (surface_reach.py), 0:
 # FINEST; surface_cuts: questions for each edge that holds a step (surface_cuts.py), 0: no cuts; surface_triangles: at most
-# about so many, or as many as the objects' own meshes have where those are more.
+# about so many, or as many as the objects' own meshes have where those are more; surface_noise: relative standard deviation at a vertex that is wished for
+# (surface_calm.py), 0: as it comes; surface_paths: about so many at most are spent on that.
 DEFAULTS = {
     "surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16, "surface_angle": 0.0, "surface_cuts": 0,
-    "surface_triangles": 1 << 19,
+    "surface_triangles": 1 << 19, "surface_noise": 0.0, "surface_paths": 1 << 23,
 }  # fmt: skip
 # No edge below this share of its object's size is split: four texels of a billboard with 128, and interpolation between.
 FINEST = 1 / 32
@@ -98,6 +100,7 @@ def bake(
     cuts, most = int(settings["surface_cuts"]), int(settings["surface_triangles"]) // 2  # two triangles a sample
     soup, values = refine(soup, ask, tolerance, levels, lengths, noise, most // 3 if cuts else most)
     soup, values = cut(soup, values, ask, tolerance + noise, cuts, lengths, max(most - len(values), 0) // 2)  # two samples a cut
+    values = calm(soup, values, ask, float(settings["surface_noise"]), int(settings["surface_paths"]) // samples)
     meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
     return asset_of(scene, meshes, settings)
 
