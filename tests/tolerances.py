@@ -323,3 +323,5 @@ MAP_HALF = 4e-3
 MAP_SETTLED = 1e-2
 # ... and the median error where something is met, over that of look-ups by direction alone (0.79 measured; of it surface radiance is a half).
 MAP_PLACED = 0.9
+# ... and the RMSE of what planar mirrors show to rays that are mirrored where these are, over that of a march through their images.
+MAP_MIRRORED = 0.5

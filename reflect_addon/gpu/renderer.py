@@ -151,11 +151,15 @@ class Renderer:
             self._draw_rays(camera)
             return self._rays.read(self.reflector_names, self._counts)
 
-    def answer(self, camera: Camera, positions: bool = True, background: Asset | None = None) -> Answer:
+    def answer(self, camera: Camera, positions: bool = True, background: Asset | None = None, footprints: bool = True) -> Answer:
         """The reflection buffer, (H, W, ...); zeros (STATUS_NONE) where no reflector is seen or none has an asset; where none is
         seen, the answer of the asset `background` to the camera's own rays (core/background.py).
 
-        Without positions, position and status are zeros: they are not computed."""
+        Without positions, position and status are zeros: they are not computed. Without footprints each pixel's ray is a line, to be
+        compared with what rays meet."""
+        views = self._view, self._answers.levels.view
+        for view in views:
+            view.has_footprints = footprints
         with drawing_state():
             self._draw_rays(camera, background)
             target = self._draw_answers(camera, positions, background)
@@ -164,6 +168,8 @@ class Renderer:
                 position = read_texture(target.position_tx, self._counts)
             else:
                 position = np.zeros_like(radiance)
+        for view in views:
+            view.has_footprints = True
         return Answer(
             radiance[..., :3].copy(), radiance[..., 3].copy(), position[..., :3].copy(), position[..., 3].copy()
         )
