@@ -235,7 +235,7 @@ class Levels:
             shader.set("plane_origin", (*plane.origin, IN_PLANE * size + STEPS * reach))
             shader.set("plane_normal", (*plane.normal, plane.reflector))
             shader.set("sizes_per_metre", self._per_metre())
-            shader.set("offset", (seen.corner[0] - node.drawn[0], seen.corner[1] - node.drawn[1]))
+            shader.set("offset", tuple(node.finer * seen.corner[axis] - node.drawn[axis] for axis in (0, 1)))
             shader.draw(self._batch)
             gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
@@ -258,7 +258,7 @@ class Levels:
         made = self._glossy_mirror(self._planes[node.mirror].reflector, seen.target.beside)
         far = 4.0 * (self._scene.diagonal() + np.linalg.norm(node.camera.world_from_camera[:3, 3]))
         window = (0, 0, *node.drawn[2:])
-        return made.bind(self.view, seen.rays, picture, self._materials, window, self._most_rays, self.view.footprint, far)
+        return made.bind(self.view, seen.rays, picture, self._materials, window, self._most_rays, self.view.footprint, far, node.finer)
 
     def _glossy_mirror(self, reflector: int, beside: str | None) -> GlossyMirror:
         asset = self._assets[reflector]
