@@ -40,6 +40,10 @@ class Camera:
             crop[axis, axis], crop[axis, 3] = whole / side, (whole - 2 * start) / side - 1
         return replace(self, clip_from_camera=crop @ self.clip_from_camera, width=width, height=height)
 
+    def finer(self, times: int) -> "Camera":
+        """The same picture with so many pixels along each of its own."""
+        return replace(self, width=times * self.width, height=times * self.height)
+
     def clip_from_world(self) -> np.ndarray:
         return self.clip_from_camera @ np.linalg.inv(self.world_from_camera)
 

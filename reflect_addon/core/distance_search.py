@@ -18,6 +18,7 @@ between 0 and 1.
 from dataclasses import dataclass
 
 from .kernel.values import Value
+from .spaces import FAR
 
 # A start nearer to the centre than this, in m, sees everything in its own direction: guards the division by `a`.
 AT_CENTRE = 1e-20
@@ -42,6 +43,10 @@ class Path:
     def towards(self, t):
         """vec3 q(t)."""
         return self.start + (self.end - self.start) * t
+
+    def along(self, k, t):
+        """m along the ray; at its point at infinity FAR."""
+        return k.min(self.reach * t / (self.stretch * k.max(1.0 - t, 1e-7)), FAR)
 
     def footprint(self, k, t, ray):
         """The ray's footprint at t as an angle seen from the centre."""

@@ -4,7 +4,7 @@ Problem. The paper looks curved mirrors up by direction alone ("environment mapp
 Idea. Views know how far everything is, so the map stores it and has the layout of baked ones (cubemap.py), coarser levels included; a method that
 localises baked maps localises this one. `KIND` is that method, told of one layer.
 What a planar mirror shows is stored as far as its image is, so that it moves behind the mirror as through a window; of a mirror in that
-mirror, as far as that one's image.
+mirror, as far as that one's image. Better still, a ray that meets such a mirror is mirrored there and followed on (map_mirrors.py).
 Limits. One surface in each direction. What a curved mirror shows is as far as the mirror.
 """
 
@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import cubemap
+from . import cubemap, map_mirrors, spaces
 from .asset import Asset
 from .curved_views import CurvedMirror
+from .kernel import Hit, Ray
 from .methods import layered_distance
+from .mirror_planes import MirrorPlane
 from .snapshot import SceneSnapshot, corners_of
 
 KIND = layered_distance.NAME
@@ -40,8 +42,8 @@ def reach_of(scene: SceneSnapshot, curved: CurvedMirror) -> Reach:
     return Reach(curved.center, max(float(np.linalg.norm(corners - curved.center, axis=1).max()) + beyond, 1e-20))
 
 
-def asset_of_map(reach: Reach, side: int, image: np.ndarray) -> Asset:
-    """side: texels along a face's edge; image: stands for the texture that is drawn."""
+def asset_of_map(reach: Reach, side: int, image: np.ndarray, curved: CurvedMirror, met: tuple[MirrorPlane, ...], bounces: int) -> Asset:
+    """side: texels along a face's edge; image: stands for the texture that is drawn; met: planes that its rays are mirrored in, so many times."""
     stride = layered_distance.DEFAULTS["stride"]
     return Asset(
         KIND, "", {"radiance_tx": image},
@@ -50,6 +52,40 @@ def asset_of_map(reach: Reach, side: int, image: np.ndarray) -> Asset:
             "cube_size": float(side), "cube_coarsest": float(cubemap.level_count(side) - 1),
             "back_radiance_scale": 1.0, "back_distance_scale": 1.0,
             "layer_height": float(cubemap.image_size(side)[0]), "march_texels": side / 2 / stride,
+            **(map_mirrors.uniforms_of(curved, met) if met else {}),
         },
-        options={"layers": 1, "steps": -(-side // stride), "iterations": layered_distance.DEFAULTS["iterations"]},
+        options={
+            "layers": 1, "steps": -(-side // stride), "iterations": layered_distance.DEFAULTS["iterations"],
+            "mirrors": tuple(len(plane.outline) for plane in met), "bounces": bounces,
+        },
     )  # fmt: skip
+
+
+def trace(k, asset, ray) -> Hit:
+    """What the map shows where the ray ends, after the mirrors on its way."""
+    bounces, center = asset.options["bounces"], asset.uniforms["center"]
+    if not bounces or not asset.options["mirrors"]:
+        return layered_distance.trace(k, asset, ray)
+
+    def step(i, origin, direction, width, spread, share, gone, seen, footprint, solid):
+        here = Ray(origin, direction, width, spread)
+        met = layered_distance.meet(k, asset, here)
+        mirror = map_mirrors.nearest(k, asset, origin - center, direction)
+        at = k.name("at", origin + direction * mirror.distance)
+        on = k.name("on", direction - 2.0 * k.dot(direction, mirror.normal) * mirror.normal)
+        ends = (mirror.distance >= met.far) | map_mirrors.comes_back(k, asset, at - center, on) | (i > bounces - 0.5)
+        ends = k.name("ends", ends)
+        return (
+            k.select(ends, origin, at), k.select(ends, direction, on), k.select(ends, width, width + spread * mirror.distance),
+            k.select(ends, spread, k.sqrt(spread * spread + mirror.roughness * mirror.roughness)),
+            k.select(ends, share, share * mirror.reflectance), k.select(ends, gone, gone + mirror.distance),
+            met.seen, met.footprint, k.select(met.solid, 1.0, 0.0),
+        ), ends  # fmt: skip
+
+    start = (ray.origin, ray.direction, ray.width, ray.spread, k.vec3(1.0, 1.0, 1.0), 0.0, ray.direction, ray.spread, 0.0)
+    origin, _, _, _, share, gone, seen, footprint, solid = k.loop(bounces + 1, start, step)
+    radiance, distance = cubemap.look_up(k, asset, seen, footprint)
+    place = center + k.normalize(seen) * distance
+    # The place of an image, as far behind the first mirror as the light has come.
+    image = ray.origin + ray.direction * (gone + k.length(place - origin))
+    return Hit(radiance * share, k.select(gone > 0.0, image, place), 1.0, k.select(solid > 0.5, spaces.STATUS_HIT, spaces.STATUS_FELL_BACK))

@@ -35,6 +35,8 @@ class MirrorPlane:
     specular: float  # largest channel of its reflectance straight on, 0..1
     grazing: float = 1.0  # its reflectance at 90 degrees, >= specular
     roughness: tuple[float, float] = (0.0, 0.0)  # smallest and largest of its materials, Blender's
+    filled: float = 1.0  # share of the outline that its faces cover
+    material: Material | None = None  # of all of it; None: it has several
 
 
 def planes_of(scene: SceneSnapshot) -> tuple[MirrorPlane, ...]:
@@ -77,10 +79,14 @@ def _plane(index: int, surface: Surface, part: np.ndarray, normal: np.ndarray, m
     corners = surface.corners[part].reshape(-1, 3)
     middle = np.average(surface.corners[part].mean(1), axis=0, weights=surface.area[part])
     corners = corners - np.outer((corners - middle) @ normal, normal)
-    world = surface.middle + surface.size * np.vstack([middle[None], hull(corners, normal)])
+    outline = hull(corners, normal)
+    around = outline - outline[0]
+    world = surface.middle + surface.size * np.vstack([middle[None], outline])
     straight, grazing = np.max([reflectance(m) for m in materials], axis=0)
     rough = [m.roughness for m in materials]
-    return MirrorPlane(index, world[0], normal, world[1:], float(straight), float(grazing), (min(rough), max(rough)))
+    filled = float(surface.area[part].sum() / max(np.linalg.norm(np.cross(around[1:-1], around[2:]).sum(0)) / 2, 1e-300))
+    only = materials[0] if len(materials) == 1 else None
+    return MirrorPlane(index, world[0], normal, world[1:], float(straight), float(grazing), (min(rough), max(rough)), filled, only)
 
 
 def is_mirror(material: Material, reflector: Instance) -> bool:

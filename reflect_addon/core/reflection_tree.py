@@ -54,7 +54,8 @@ class TreeSettings:
 
 @dataclass(frozen=True)
 class Node:
-    """One view to draw. A planar mirror's has the pixels of its parent's picture: pixel (x, y) of it is what is shown there."""
+    """One view to draw. A planar mirror's has the pixels of its parent's picture: pixel (x, y) of it is what is shown there; a rough one's may
+    have `finer` x `finer` for each of them."""
 
     mirror: int  # into Tree.mirrors
     parent: int  # into Tree.nodes, ROOT for the camera's own picture
@@ -66,6 +67,7 @@ class Node:
     weight: float  # product of reflectances from the eye, this mirror's included
     share: float  # of the camera's picture
     path: tuple[int, ...]  # mirrors from the eye to this one: what a view is called from frame to frame
+    finer: int = 1  # px of its picture along one of its parent's
     facing: bool = True  # False: from behind, drawn only as back faces are not culled; shows nothing
 
     @property

@@ -18,12 +18,12 @@ _CORNER = 1.0 / 7.0  # the cosine at which the F82 model is pinned: 82 degrees
 # Half of the directions that a GGX surface reflects lie within 2 alpha (radians, small alpha) of the mirror direction:
 # slopes r have the cumulative share r^2 / (r^2 + alpha^2), and a normal tilted by r turns the ray by 2 r. A footprint
 # spans both sides, hence 4 alpha per metre. alpha is Blender's roughness squared.
-_ROUGHNESS_SPREAD = 4.0
+ROUGHNESS_SPREAD = 4.0
 
 
 def roughness_spread(material: Material) -> float:
     """Growth per metre of the footprint of a ray that the material's lobe widens."""
-    return _ROUGHNESS_SPREAD * material.roughness**2
+    return ROUGHNESS_SPREAD * material.roughness**2
 
 
 def material_rows(material: Material) -> list[list[float]]:

@@ -21,7 +21,7 @@ import numpy as np
 
 from .camera import Camera
 from .curved_views import CurvedMirror, approximate_view, outline_of
-from .glossy_window import widened
+from .glossy_window import fineness, widened
 from .map_size import side_of
 from .mirror_outline import Polygon, area, seen_through, window_of
 from .mirror_planes import MirrorPlane
@@ -77,12 +77,16 @@ class _Growth:
                 continue
             planar = isinstance(self.mirrors[node["mirror"]], MirrorPlane)
             size = (0, 0, camera.width, camera.height)
-            drawn = size
+            drawn, finer = size, 1
             if planar:
-                drawn = widened(node["window"] if self.cull.scissor else size, self.mirrors[node["mirror"]].roughness[1], camera)
-            made = Node(camera=camera, drawn=drawn, **node)
+                roughness, window = self.mirrors[node["mirror"]].roughness[1], node["window"] if self.cull.scissor else size
+                if node["depth"] == 1:  # deeper ones are filtered once more, or are a cube map's
+                    finer = fineness(window, roughness, camera)
+                camera = camera.finer(finer)
+                drawn = widened(tuple(finer * side for side in window), roughness, camera)
+            made = Node(camera=camera, drawn=drawn, finer=finer, **node)
             self.nodes.append(made)
-            polygon, each = made.polygon, pixel
+            polygon, each = tuple((finer * x, finer * y) for x, y in made.polygon), pixel / finer**2
             if not planar:
                 polygon = _picture(camera)
                 each = made.share / (camera.width * camera.height)

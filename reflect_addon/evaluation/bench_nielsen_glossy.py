@@ -18,7 +18,9 @@ from ..core.camera import Camera
 from ..core.look import Look
 from ..core.methods import recursive
 from ..core.rays import Rays
+from ..core.reflection_tree import TreeSettings
 from ..core.snapshot import SceneSnapshot
+from ..core.tree_growth import grow
 from ..scene.camera import camera_of
 from ..scene.look import read_look
 from ..scene.raytrace import trace
@@ -82,6 +84,12 @@ class Floor:
         renderer.free()
         return picture
 
+    def fineness(self, roughness: float) -> int:
+        """Pixels of the floor's view along one of the picture's, as the schedule has them."""
+        changed = tuple(replace(m, roughness=roughness) if m.is_reflector else m for m in self.snapshot.materials)
+        planes = recursive.drawn_mirrors(replace(self.snapshot, materials=changed))[0]
+        return grow(self.camera, planes, TreeSettings()).nodes[0].finer
+
     def truth(self, roughness: float) -> np.ndarray:
         """(H, W, 3) scene-linear: Cycles along the camera's rays, through the floor's material."""
         floor = bpy.data.objects["Panel"].data.materials[0].node_tree.nodes["Principled BSDF"]
@@ -141,7 +149,7 @@ def measure(progress) -> list:
             rows.append(
                 row(f"N-glossy-{roughness}", found, HALF * best, found <= HALF * best,
                     f"FLIP of a floor of roughness {roughness} against Cycles, asked: half of the best fixed blur's {best:.4f} ({width} px); "
-                    f"{lobe_rays.LIVE} rays a pixel: {live:.4f}.")
+                    f"{lobe_rays.LIVE} rays a pixel: {live:.4f}; the view's pixels: {floor.fineness(roughness)} x as fine as the picture's.")
             )  # fmt: skip
             numbers = (found, live, best, floor.flip(sharp, truth))
             lines.append((f"{roughness}", *(f"{value:.4f}" for value in numbers), f"{width}", f"{found / best:.2f}"))

@@ -6,7 +6,7 @@ The window's own picture and each level of mirrors in mirrors (levels.py) are fi
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..core import lobe_rays, mirrors
+from ..core import live_maps, lobe_rays, mirrors
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.snapshot import SceneSnapshot
@@ -115,7 +115,8 @@ class Answers:
             live = self.levels.maps.asset_of(group.first)
             rough = rough and live is None
             textures = (*seen.rays.textures, self._materials.texture) if rough else seen.rays.textures[:3]
-            fill, most = self.fill(live or group.asset, target.beside, rough), self.most_rays if rough else None
+            fill = self.fill(live or group.asset, target.beside, rough, live and live_maps.trace)
+            most = self.most_rays if rough else None
             fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
         if background is not None:
             fill = self.fill(background, target.beside, kernel=background_kernel(background.kind))

@@ -7,6 +7,7 @@ A mirror without a map yet is answered by its own asset, where the paper leaves 
 
 import numpy as np
 
+from ..core import map_mirrors
 from ..core.asset import Asset
 from ..core.camera import Camera
 from ..core.curved_views import CurvedMirror
@@ -40,8 +41,8 @@ class CubeMaps:
         self._images: dict[str, tuple[np.ndarray, object]] = {}  # by reflector: what stands for the texture in assets; the texture
         self._assets: dict[str, Asset] = {}  # by reflector, of maps that are there
 
-    def update(self, scene: SceneSnapshot, surfaces: Asset | None, curved: tuple[CurvedMirror, ...], planes: tuple[MirrorPlane, ...], side: int, per_frame: int):
-        """Take another snapshot. side, per_frame: as named above."""
+    def update(self, scene: SceneSnapshot, surfaces: Asset | None, curved: tuple[CurvedMirror, ...], planes: tuple[MirrorPlane, ...], side: int, per_frame: int, depth: int):
+        """Take another snapshot. side, per_frame: as named above; depth: reflections along a path."""
         names = tuple(scene.reflectors()[c.reflector].name for c in curved)
         if side != self.side or not curved:
             self._images, self._assets, self.targets, self._names = {}, {}, None, ()
@@ -59,6 +60,7 @@ class CubeMaps:
         self.kept = Kept(tuple(made), np.array(stale))
         self._coupling = coupling_of(curved, planes)
         self._names, self.curved, self.side, self.per_frame = names, curved, side, per_frame
+        self._planes, self._bounces = planes, max(min(map_mirrors.BOUNCES, depth - 1), 0)
         self._scene, self._surfaces = scene, surfaces
         for kept in (self._images, self._assets):
             for name in kept.keys() - set(names):
@@ -110,8 +112,10 @@ class CubeMaps:
             self._textures.replace(*self._images[name])
         image, texture = self._images[name]
         self.targets.complete(texture, batch)
-        old, new = self._assets.get(name), asset_of_map(self.reach(index), self.side, image)
-        if old is not None and old.uniforms == new.uniforms:
+        curved = self.curved[index]
+        met = map_mirrors.met_exactly(curved, self._planes)
+        old, new = self._assets.get(name), asset_of_map(self.reach(index), self.side, image, curved, met, self._bounces)
+        if old is not None and (old.uniforms, old.options) == (new.uniforms, new.options):
             return None
         self._assets[name] = new
         return old

@@ -43,7 +43,7 @@ class GlossyMirror:
             name="reflect_glossy_mirror",
             fragment="glossy_mirror.frag.glsl",
             blocks=(VIEW_BLOCK, *blocks),
-            uniforms=(*MIRROR_UNIFORMS, ("VEC4", "window"), ("VEC2", "rays_for"), ("FLOAT", "reach")),
+            uniforms=(*MIRROR_UNIFORMS, ("VEC4", "window"), ("VEC3", "rays_for"), ("FLOAT", "reach")),
             samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, *self._images)),
             outputs=(("VEC4", "radiance_out"), *outputs),
             generated=(
@@ -62,9 +62,9 @@ class GlossyMirror:
             self._textures.texture("asset", array)
         return program(self._info, self._textures.counts)
 
-    def bind(self, view, rays, picture, materials, window, most_rays: int, footprint: float, reach: float) -> Program:
+    def bind(self, view, rays, picture, materials, window, most_rays: int, footprint: float, reach: float, finer: int) -> Program:
         """The program, with all but MIRROR_UNIFORMS set. view: of the picture's camera; window: px of it; footprint: of its pixels at 1 m; reach: m
-        from anywhere to beyond everything."""
+        from anywhere to beyond everything; finer: px of the view along one of the ray map's."""
         shader = self.prepare()
         shader.bind()
         shader.block("view", view.buffer)
@@ -76,6 +76,6 @@ class GlossyMirror:
             shader.image(sampler, self._textures.texture("asset", array))
         x, y, width, height = window
         shader.set("window", (x, y, x + width, y + height))
-        shader.set("rays_for", (most_rays, lobe_rays.FINE / (FINE * footprint)))
+        shader.set("rays_for", (most_rays, lobe_rays.FINE / (FINE * footprint), finer))
         shader.set("reach", reach)
         return shader

@@ -65,7 +65,7 @@ class Levels:
     """The mirrored views of a renderer."""
 
     def __init__(self, counts: Counts, textures: TextureCache, batch, most_rays: int):
-        self.counts, self._batch, self._view, self._textures, self._most_rays = counts, batch, View(), textures, most_rays
+        self.counts, self._batch, self.view, self._textures, self._most_rays = counts, batch, View(), textures, most_rays
         self._glossy: dict[tuple[int, str | None], GlossyMirror] = {}  # by asset and what stands beside radiance
         self._surfaces = LevelSurfaces(counts, textures, batch)
         self._levels: dict[int, Level] = {}  # by depth
@@ -101,7 +101,7 @@ class Levels:
         self._planes = tuple(plane for plane in planes if plane.reflector in chosen)
         live = tuple(c for c in curved if c.reflector in chosen and chosen[c.reflector].settings["curved"])
         side, most = (max(int(s[name]) for s in asked) for name in ("map_side", "maps_per_frame"))
-        self.maps.update(snapshot, surfaces, live, self._planes, side, most)
+        self.maps.update(snapshot, surfaces, live, self._planes, side, most, self._settings.depth)
         # Of what is no mirror to mirrors surface radiance holds all that it shows.
         rows = MaterialTable.rows_of(snapshot)
         for row, material in zip(rows, snapshot.materials, strict=False):
@@ -161,8 +161,8 @@ class Levels:
             target.answers.clear()
             self._draw_picture(target, camera, (0, 0, *target.size), 1, Seen(camera, target.rays, target.answers, (0, 0, *target.size)), answer,
                                self.maps.name_of(face.curved))
-            self._view.set(camera)
-            target.take(face.face, self._view, self.maps.reach(face.curved), self._surfaces.lamps, self._per_metre(), self._batch)
+            self.view.set(camera)
+            target.take(face.face, self.view, self.maps.reach(face.curved), self._surfaces.lamps, self._per_metre(), self._batch)
             if face.face == 5:
                 gone.append(self.maps.complete(face.curved, self._batch))
         self.tree = self.passes.main if self.passes else None
@@ -191,13 +191,13 @@ class Levels:
 
     def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = ""):
         """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see."""
-        self._view.set(camera)
+        self.view.set(camera)
         level.picture.clear(window)
-        self._surfaces.draw(self._view, camera, level.picture, window, hidden)
+        self._surfaces.draw(self.view, camera, level.picture, window, hidden)
         last = depth >= self._settings.depth and not self._endless
         if last or not self._raymap.any_seen(camera, window):
             return
-        self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
+        self._raymap.draw(self.view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
         answer(seen)
         self._light(level, window)
 
@@ -235,7 +235,7 @@ class Levels:
             shader.set("plane_origin", (*plane.origin, IN_PLANE * size + STEPS * reach))
             shader.set("plane_normal", (*plane.normal, plane.reflector))
             shader.set("sizes_per_metre", self._per_metre())
-            shader.set("offset", (seen.corner[0] - node.drawn[0], seen.corner[1] - node.drawn[1]))
+            shader.set("offset", tuple(node.finer * seen.corner[axis] - node.drawn[axis] for axis in (0, 1)))
             shader.draw(self._batch)
             gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
@@ -254,11 +254,11 @@ class Levels:
 
     def _rough(self, node: Node, seen: Seen, picture: LevelTarget) -> Program:
         """Ray by ray of each pixel's lobe."""
-        self._view.set(self._camera_of(node))
+        self.view.set(self._camera_of(node))
         made = self._glossy_mirror(self._planes[node.mirror].reflector, seen.target.beside)
         far = 4.0 * (self._scene.diagonal() + np.linalg.norm(node.camera.world_from_camera[:3, 3]))
         window = (0, 0, *node.drawn[2:])
-        return made.bind(self._view, seen.rays, picture, self._materials, window, self._most_rays, self._view.footprint, far)
+        return made.bind(self.view, seen.rays, picture, self._materials, window, self._most_rays, self.view.footprint, far, node.finer)
 
     def _glossy_mirror(self, reflector: int, beside: str | None) -> GlossyMirror:
         asset = self._assets[reflector]

@@ -5,6 +5,7 @@ after that uploads and compiles nothing.
 """
 
 from collections.abc import Callable
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -151,12 +152,25 @@ class Renderer:
             self._draw_rays(camera)
             return self._rays.read(self.reflector_names, self._counts)
 
-    def answer(self, camera: Camera, positions: bool = True, background: Asset | None = None) -> Answer:
+    @contextmanager
+    def _footprints(self, wanted: bool):
+        """Whether pixels' rays have any."""
+        views = self._view, self._answers.levels.view
+        try:
+            for view in views:
+                view.has_footprints = wanted
+            yield
+        finally:
+            for view in views:
+                view.has_footprints = True
+
+    def answer(self, camera: Camera, positions: bool = True, background: Asset | None = None, footprints: bool = True) -> Answer:
         """The reflection buffer, (H, W, ...); zeros (STATUS_NONE) where no reflector is seen or none has an asset; where none is
         seen, the answer of the asset `background` to the camera's own rays (core/background.py).
 
-        Without positions, position and status are zeros: they are not computed."""
-        with drawing_state():
+        Without positions, position and status are zeros: they are not computed. Without footprints each pixel's ray is a line, to be
+        compared with what rays meet."""
+        with drawing_state(), self._footprints(footprints):
             self._draw_rays(camera, background)
             target = self._draw_answers(camera, positions, background)
             radiance = read_texture(target.radiance_tx, self._counts)

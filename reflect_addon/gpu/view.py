@@ -6,7 +6,8 @@ from ..core.camera import Camera
 from .device import ensure
 
 # What shaders see of the camera. frame: x 1 = orthographic, y footprint of a pixel (at 1 m for a perspective
-# camera), z depth bias, w unused. Vectors are padded to vec4 as uniform buffers ask.
+# camera), z depth bias, w 1 = rays of the ray map have footprints, 0 = they are lines. Vectors are padded to vec4 as uniform
+# buffers ask.
 VIEW_STRUCT = "struct ReflectView { mat4 clip_from_rel; vec4 eye; vec4 forward; vec4 frame; };"
 VIEW_BLOCK = (VIEW_STRUCT, "ReflectView", "view")
 
@@ -18,6 +19,7 @@ class View:
         self.eye = np.zeros(3)
         self.rel_from_clip = np.eye(4, dtype=np.float32).ravel()  # column by column: clip space to space relative to the eye
         self.footprint = 0.0  # of a pixel, at 1 m for a perspective camera
+        self.has_footprints = True  # its rays; without them each is a line, as the truth's
         self._buffer = None
 
     def set(self, camera: Camera, depth_bias: float = 0.0):
@@ -33,7 +35,7 @@ class View:
         data[:16] = clip_from_rel.T.ravel()
         data[16:19] = self.eye
         data[20:23] = -camera.world_from_camera[:3, 2]
-        data[24:27] = float(camera.is_orthographic), self.footprint, depth_bias
+        data[24:] = float(camera.is_orthographic), self.footprint, depth_bias, float(self.has_footprints)
         if self._buffer is None:
             self._buffer = gpu.types.GPUUniformBuf(data)
         else:

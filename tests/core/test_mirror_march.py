@@ -8,7 +8,7 @@ import tolerances
 from mirror_views import camera
 
 from reflect_addon.core import mirror_march
-from reflect_addon.core.glossy_window import widened
+from reflect_addon.core.glossy_window import FINEST, MOST_PIXELS, fineness, widened
 from reflect_addon.core.kernel import evaluate, record_function
 from reflect_addon.core.spaces import FAR
 
@@ -93,3 +93,22 @@ def test_windows_of_rough_mirrors_are_wider(lens):
     assert 0 < margin == 10 - y and (width, height) == (60 + 2 * margin, 40 + 2 * margin)
     assert margin == np.ceil(14 * 0.01 * lens * 50)
     assert widened(window, 1.0, view)[0] == 20 - 200
+
+
+def test_narrow_lobes_are_drawn_finer():
+    """Those between a picture's pixel and several; a picture that is fine enough, or large, costs nothing more."""
+    view, window = camera((0, 0, 1), (0, 10, 0), size=(160, 120), lens=1.9), (0, 0, 160, 60)
+    found = [fineness(window, roughness, view) for roughness in (0.0, 0.01, 0.05, 0.08, 0.2, 0.5)]
+    assert found[:2] == [1, 1] and found[2] == FINEST > found[3] > 1 and found[4:] == [1, 1]
+    large = camera((0, 0, 1), (0, 10, 0), size=(1920, 1080), lens=1.9)
+    assert fineness((0, 0, 1920, 540), 0.05, large) == 1
+    middle = camera((0, 0, 1), (0, 10, 0), size=(480, 360), lens=1.9)
+    times = fineness((0, 0, 480, 200), 0.03, middle)
+    _, _, width, height = widened((0, 0, 480 * times, 200 * times), 0.03, middle.finer(times))
+    assert 1 < times < FINEST and width * height < 1.1 * MOST_PIXELS
+
+
+def test_a_finer_camera_has_the_same_rays():
+    """Its pixels' middles lie about those of the picture's."""
+    fine = VIEW.finer(3).primary_rays().direction.reshape(3 * VIEW.height, 3 * VIEW.width, 3)[1::3, 1::3]
+    np.testing.assert_allclose(fine.reshape(-1, 3), VIEW.primary_rays().direction, atol=1e-6)

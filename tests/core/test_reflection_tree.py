@@ -10,6 +10,7 @@ from analytic import rotation, unit
 from mirror_views import camera, clip_of, mirror
 from tolerances import SHARE_COUNTED
 
+from reflect_addon.core import glossy_window
 from reflect_addon.core.curved_views import CurvedMirror, approximate_view, cube_views, outline_of
 from reflect_addon.core.map_size import KEEP, LEAST, STEP, side_of, targets_of
 from reflect_addon.core.reflection_tree import (
@@ -346,3 +347,20 @@ def test_a_target_a_level_holds_all_its_views(rng):
     for node in tree.nodes:
         assert all(n <= t for n, t in zip(node.drawn[2:], targets[node.depth - 1], strict=True))
     assert targets_of(tree, targets) == targets
+
+
+def test_a_finer_view_shows_what_a_coarse_one_does(monkeypatch):
+    """Of a narrow lobe: mirrors in it have the same shares of the picture, in windows of its own pixels; deeper views are as their parent."""
+    floor = replace(mirror((0, 3, 0), (0, 0, 1), 3.0), roughness=(0.05, 0.05))
+    wall = replace(mirror((0, 6, 1.5), (0, -1, 0.1), 1.2, reflector=1), roughness=(0.05, 0.05))
+    view, trees = camera((0, -2, 1.5), (0, 3, 0.3), size=(160, 120)), []
+    for finest in (1, glossy_window.FINEST):
+        monkeypatch.setattr(glossy_window, "FINEST", finest)
+        trees.append(paths_of(grow(view, (floor, wall), TreeSettings(depth=3, least_energy=0.0))))
+    coarse, fine = trees
+    assert set(coarse) == set(fine) and (0, 1) in fine and fine[(0,)].finer > 1 and fine[(0, 1)].finer == 1
+    for path, node in fine.items():
+        times = fine[path[:1]].finer if len(path) > 1 else 1
+        assert node.share == pytest.approx(coarse[path].share, rel=1e-6)
+        np.testing.assert_allclose(np.array(node.window) / times, coarse[path].window, atol=2.0)
+    assert fine[(0, 1)].camera.width == fine[(0,)].camera.width == fine[(0,)].finer * view.width

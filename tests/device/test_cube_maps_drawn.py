@@ -12,12 +12,15 @@ from mesh_scenes import tracer
 from mirror_rooms import SURFACES, baked, one_mirror, paint
 from virtual_scenes import ball
 
-from reflect_addon.core import cubemap, surface_radiance
+from reflect_addon.core import cubemap, live_maps, surface_radiance
+from reflect_addon.core.kernel import record, run_numpy
+from reflect_addon.core.methods import environment, layered_distance
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.spaces import STATUS_FELL_BACK
 
 CAMERA = hand_scenes.camera((1.6, -1.6, 1.6), (-0.3, 0.1, 0.7), (96, 72), fov=0.9)
 SIDE = 32
+MIRRORED = 20  # px of a ball that show the pane, at least
 BALLS = {"Second": ((0.0, 0.1, 0.9), 0.35), "Third": ((0.9, -0.6, 0.5), 0.3)}
 
 
@@ -141,7 +144,7 @@ def test_what_moved_is_shown_where_it_is(device, found):
     moved.free(), fresh.free()
 
 
-def test_a_map_answers_nearer_to_the_truth_than_its_directions(live):
+def test_a_map_answers_nearer_to_the_truth_than_its_directions(live, found, monkeypatch):
     """The balls' pixels against Embree: places count. Before a map is there, the asset answers."""
     settle(live)
     answer, ray_map = live.answer(CAMERA), live.ray_map(CAMERA)
@@ -152,20 +155,30 @@ def test_a_map_answers_nearer_to_the_truth_than_its_directions(live):
     mine = hit & np.isin(ray_map.reflector[mask], [c.reflector for c in live.mirrors.maps.curved])
     error = np.median(np.abs(answer.radiance[mask] - truth)[mine])
     assert mine.sum() > 200 and np.isfinite(answer.radiance).all()
-    flat = renderer_flat(live)
+    monkeypatch.setattr(live_maps, "trace", environment.trace)
+    flat = renderer_of(found)
+    settle(flat)
     assert error < tolerances.MAP_PLACED * np.median(np.abs(flat.answer(CAMERA).radiance[mask] - truth)[mine])
     flat.free()
 
 
-def renderer_flat(live):
-    """As `live`, its maps looked up by direction alone."""
-    from reflect_addon.gpu.renderer import Renderer
-
-    flat = Renderer(SCENE, live.assets, surfaces=live.surfaces)
-    settle(flat)
-    maps = flat.mirrors.maps
-    maps._assets = {name: replace(asset, kind="environment", options={}) for name, asset in maps._assets.items()}
-    return flat
+def test_lines_are_answered_as_the_kernel_says(live):
+    """A frame without footprints, in NumPy: mirrored in the pane, and not. Footprints blur, so the frame with them is another."""
+    settle(live)
+    frames = [live.answer(CAMERA, footprints=lined) for lined in (False, True)]
+    ray_map, maps = live.ray_map(CAMERA), live.mirrors.maps
+    for curved, name in zip(maps.curved, BALLS, strict=True):
+        mask = ray_map.reflector == curved.reflector
+        asset, texture = maps.asset_of(curved.reflector), maps._images[name][1]
+        image = np.array(texture.read(), np.float32).reshape(texture.height, texture.width, 4).astype(np.float16)
+        asset = replace(asset, images={"radiance_tx": image})
+        rays = Rays(ray_map.origin[mask], ray_map.direction[mask])
+        told = run_numpy(record(live_maps.trace, asset), asset, rays)
+        plain = run_numpy(record(layered_distance.trace, asset), asset, rays)
+        same = np.abs(frames[0].radiance[mask] - told.radiance).max(1) < tolerances.MAP_SETTLED
+        mirrored = (told.position != plain.position).any(1)
+        assert mirrored.sum() > MIRRORED and (~mirrored).sum() > MIRRORED and same.mean() > 1 - tolerances.MAP_EDGE
+        assert np.abs(frames[1].radiance[mask] - told.radiance).mean() > np.abs(frames[0].radiance[mask] - told.radiance).mean()
 
 
 def test_without_the_setting_the_baked_asset_answers(device, found):

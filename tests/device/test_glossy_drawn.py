@@ -10,7 +10,7 @@ import trimesh
 from mesh_scenes import MIRROR, snapshot, tracer
 from mirror_rooms import baked, pane
 
-from reflect_addon.core import lobe_rays
+from reflect_addon.core import glossy_window, lobe_rays
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.spaces import STATUS_HIT
 
@@ -125,6 +125,23 @@ def test_sharp_at_the_foot_and_soft_farther_away(device, rng, roughness):
         assert off < tolerances.GLOSSY_MEAN, (low, off)
         assert np.ptp(truth) > 0.1 or low < -1
     renderer.free()
+
+
+def test_a_lobe_of_a_pixel_or_two_is_not_in_steps(device, rng, monkeypatch):
+    """The leg's edges, whose rays fall on both sides: drawn with the picture's own pixels an edge is a pixel's."""
+    made, errors = floor_and_leg(0.06), []
+    for finest in (glossy_window.FINEST, 1):
+        monkeypatch.setattr(glossy_window, "FINEST", finest)
+        renderer = renderer_of(made)
+        answer, ray_map = renderer.answer(CAMERA), renderer.ray_map(CAMERA)
+        (node,) = renderer.mirrored_views.nodes
+        assert (node.finer > 1) == (finest > 1) and node.camera.width == node.finer * CAMERA.width
+        edge = np.abs(np.abs(ray_map.origin[..., 0]) - 0.12) < 0.08
+        mask = ray_map.covered() & edge & (ray_map.origin[..., 1] < -0.2) & (ray_map.origin[..., 1] > -1.0)
+        truth = reference(made, ray_map, mask, 0.06, rng)
+        errors.append(np.sqrt(((answer.radiance[mask] - truth) ** 2).mean()))
+        renderer.free()
+    assert mask.sum() > 50 and errors[0] < tolerances.GLOSSY_FINER * errors[1]
 
 
 def test_a_rough_floor_in_a_mirror_is_rough(device, rng):

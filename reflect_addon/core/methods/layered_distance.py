@@ -16,7 +16,7 @@ Limits. The reflector is in no layer, so it does not see itself (the chapter's d
 slant have few texels. A step costs a fetch a layer. Shader nodes unroll the march, and compile for minutes.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from ..asset import Asset, half_with_scale
 from ..depth_layers import Layer, layers_behind
 from ..job import BakeJob
 from ..kernel import Hit
+from ..kernel.values import Value
 from ..settings import Setting
 from . import environment
 
@@ -93,11 +94,21 @@ def _images(front: Asset, behind: list[Layer], n: int, center: np.ndarray) -> tu
     return [cubemap.pyramid(level) for level in levels], scales
 
 
-def trace(k, asset, ray) -> Hit:
+@dataclass(frozen=True)
+class Met:
+    """Where a ray ends in the map."""
+
+    seen: Value  # vec3: the direction of it from the map's centre
+    footprint: Value  # as seen from there
+    bottom: Value  # row where the layer begins that shows it
+    scales: list[Value]  # of radiance and distance in that layer
+    solid: Value  # bool: a surface was met; else it is the backdrop
+    far: Value  # m along the ray
+
+
+def meet(k, asset, ray) -> Met:
     """March, then false positions in the layer that was met."""
     layers, u = asset.options["layers"], asset.uniforms
-    if not layers:  # a bare sky
-        return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
     way = distance_search.path(k, asset, ray)
 
     def nearness_of(layer: int, q):
@@ -118,12 +129,20 @@ def trace(k, asset, ray) -> Hit:
 
         k.cite("GPU Gems 3, 17.2.2: secant search")
         t = distance_search.refine(k, g, asset.options["iterations"], found.low, found.high)
-        return way.towards(t), way.footprint(k, t, ray)
+        return way.towards(t), way.footprint(k, t, ray), way.along(k, t)
 
     def backdrop():
-        return k.select(found.sky >= 0.0, way.towards(found.sky), ray.direction), ray.spread
+        return k.select(found.sky >= 0.0, way.towards(found.sky), ray.direction), ray.spread, spaces.FAR
 
-    seen, footprint = k.branch(met, place, backdrop)
-    radiance, distance = cubemap.look_up(k, asset, seen, footprint, bottom, scales)
-    position = u["center"] + k.normalize(seen) * distance
-    return Hit(radiance, position, 1.0, k.select(met, spaces.STATUS_HIT, spaces.STATUS_FELL_BACK))
+    seen, footprint, far = k.branch(met, place, backdrop)
+    return Met(seen, footprint, bottom, scales, met, far)
+
+
+def trace(k, asset, ray) -> Hit:
+    """What the ray meets, as the map shows it."""
+    if not asset.options["layers"]:  # a bare sky
+        return environment.answer(k, asset, ray.direction, ray.spread, spaces.STATUS_FELL_BACK)
+    met = meet(k, asset, ray)
+    radiance, distance = cubemap.look_up(k, asset, met.seen, met.footprint, met.bottom, met.scales)
+    position = asset.uniforms["center"] + k.normalize(met.seen) * distance
+    return Hit(radiance, position, 1.0, k.select(met.solid, spaces.STATUS_HIT, spaces.STATUS_FELL_BACK))

@@ -2,7 +2,7 @@
 // (core/mirror_march.py) and answered by `answer`, the emitted kernel of the mirror's asset, where that does not show what it meets.
 // A pixel that needs one ray shows the picture's own, as shown_in_mirror.frag.glsl does.
 // sizes_per_metre, offset: see there; window: px of the view's picture that were drawn; rays_for: x = most rays, y = the footprint's growth over
-// that which one ray may have here.
+// that which one ray may have here, z = px of the view along one of the ray map's, the middle one of which is the pixel's own.
 #include "kernel"
 #include "march"
 #include "lobe"
@@ -13,7 +13,7 @@ void main()
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 origin = texelFetch(origin_tx, pixel, 0);
   vec4 normal = texelFetch(normal_tx, pixel, 0);
-  ivec2 texel = pixel + ivec2(floor(offset + 0.5));
+  ivec2 texel = int(rays_for.z) * pixel + int(rays_for.z) / 2 + ivec2(floor(offset + 0.5));
   vec4 seen = texelFetch(picture_tx, texel, 0);
   if (!of_mirror(origin, normal.xyz) || seen.a < 0.5) {
     discard;

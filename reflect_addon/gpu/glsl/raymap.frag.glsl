@@ -40,8 +40,8 @@ void main()
 
   float width = view.frame.y * (orthographic ? 1.0 : max(dot(v_rel_P, view.forward.xyz), 0.0));
   origin_out = vec4(view.eye.xyz + v_rel_P, surface.x);
-  direction_out = vec4(ws_R, sqrt(spread * spread + surface.z * surface.z));
-  normal_out = vec4(ws_N, width);
+  direction_out = vec4(ws_R, view.frame.w * sqrt(spread * spread + surface.z * surface.z));
+  normal_out = vec4(ws_N, view.frame.w * width);
   // In the mirror direction the angle to the normal is the viewer's: all that resolve needs of both.
   material_out = vec2(surface.y, dot(ws_N, ws_R));
 }
