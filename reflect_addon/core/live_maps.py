@@ -40,8 +40,9 @@ def reach_of(scene: SceneSnapshot, curved: CurvedMirror) -> Reach:
     return Reach(curved.center, max(float(np.linalg.norm(corners - curved.center, axis=1).max()) + beyond, 1e-20))
 
 
-def asset_of_map(reach: Reach, side: int, image: np.ndarray) -> Asset:
-    """side: texels along a face's edge; image: stands for the texture that is drawn."""
+def asset_of_map(reach: Reach, side: int, most: int, image: np.ndarray) -> Asset:
+    """side: texels along a face's edge; most: the most that it may get, so that its kernel is the same then; image: stands for the texture
+    that is drawn."""
     stride = layered_distance.DEFAULTS["stride"]
     return Asset(
         KIND, "", {"radiance_tx": image},
@@ -51,5 +52,5 @@ def asset_of_map(reach: Reach, side: int, image: np.ndarray) -> Asset:
             "back_radiance_scale": 1.0, "back_distance_scale": 1.0,
             "layer_height": float(cubemap.image_size(side)[0]), "march_texels": side / 2 / stride,
         },
-        options={"layers": 1, "steps": -(-side // stride), "iterations": layered_distance.DEFAULTS["iterations"]},
+        options={"layers": 1, "steps": -(-most // stride), "iterations": layered_distance.DEFAULTS["iterations"]},
     )  # fmt: skip
