@@ -302,6 +302,8 @@ RECURSIVE_EDGE = 0.01
 RECURSIVE_PLACE = 1e-5
 # Surface radiance is refined to 2 % of differences of about 0.3; half of all pixels are nearer.
 RECURSIVE_RADIANCE = 0.02
+# Of a picture's mean radiance, which is about 0.3: what is culled as faint or small is below 1e-4 of its light each, and distance maps stand in for it.
+RECURSIVE_CULLED = 1e-3
 
 # Rough planar mirrors. An even world's surface radiance and distance maps are half floats (2e-4 measured).
 GLOSSY_EVEN = 1e-3

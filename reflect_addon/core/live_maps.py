@@ -42,8 +42,11 @@ def reach_of(scene: SceneSnapshot, curved: CurvedMirror) -> Reach:
     return Reach(curved.center, max(float(np.linalg.norm(corners - curved.center, axis=1).max()) + beyond, 1e-20))
 
 
-def asset_of_map(reach: Reach, side: int, image: np.ndarray, curved: CurvedMirror, met: tuple[MirrorPlane, ...], bounces: int) -> Asset:
-    """side: texels along a face's edge; image: stands for the texture that is drawn; met: planes that its rays are mirrored in, so many times."""
+def asset_of_map(
+    reach: Reach, side: int, most: int, image: np.ndarray, curved: CurvedMirror, met: tuple[MirrorPlane, ...], bounces: int
+) -> Asset:
+    """side: texels along a face's edge; most: the most that it may get, so that its kernel is the same then; image: stands for the texture
+    that is drawn; met: planes that its rays are mirrored in, so many times."""
     stride = layered_distance.DEFAULTS["stride"]
     return Asset(
         KIND, "", {"radiance_tx": image},
@@ -55,7 +58,7 @@ def asset_of_map(reach: Reach, side: int, image: np.ndarray, curved: CurvedMirro
             **(map_mirrors.uniforms_of(curved, met) if met else {}),
         },
         options={
-            "layers": 1, "steps": -(-side // stride), "iterations": layered_distance.DEFAULTS["iterations"],
+            "layers": 1, "steps": -(-most // stride), "iterations": layered_distance.DEFAULTS["iterations"],
             "mirrors": tuple(len(plane.outline) for plane in met), "bounces": bounces,
         },
     )  # fmt: skip

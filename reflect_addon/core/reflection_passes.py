@@ -59,14 +59,13 @@ def view_independent(
     planes: tuple[MirrorPlane, ...],
     curved: tuple[CurvedMirror, ...],
     settings: TreeSettings,
-    remade: tuple[int, ...],
-    side: int = 128,
+    remade: dict[int, int],
     border: int = 0,
 ) -> Passes:
-    """remade: the curved mirrors whose maps are made in this frame, in order; side, border: px of a face and around it. A map serves every
-    view that may come, so its energy is that of a picture full of it."""
+    """remade: the curved mirrors whose maps are made in this frame, in order, and the px of a face's side of each; border: px around a face.
+    A map serves every view that may come, so its energy is that of a picture full of it."""
     faces = []
-    for index in remade:
+    for index, side in remade.items():
         # A face is small: a mirror of as many of the picture's pixels is as large a part of it.
         per_face = replace(settings, least_pixels=settings.least_pixels * side * side / (camera.width * camera.height))
         for face, view in enumerate(cube_views(curved[index], side, far_of(camera), border)):

@@ -25,6 +25,7 @@ class Setting:
     unit: str = ""  # METRES or nothing
     power_of_two: bool = False  # the side of an image: 4 to 8192, and `high`, `low` what the panel offers of them
     advanced: bool = False  # in the panel below the others, folded away
+    drawn: bool = False  # decides only what is drawn: another value needs no other bake (core/drawn_settings.py)
     in_window: bool | None = None  # the default in the window, where it is not the command line's
 
     def check(self, name: str, default: object, value: object) -> None:

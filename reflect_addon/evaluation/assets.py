@@ -9,6 +9,7 @@ import bpy
 
 from ..core.asset import Asset
 from ..core.asset_places import file_name
+from ..core.drawn_settings import is_drawn
 from ..core.snapshot import SceneSnapshot
 from ..scene.bake import bake_assets, load_assets, load_surfaces
 from ..scene.places import assets_of
@@ -28,11 +29,11 @@ def assets_for(
 ) -> Baked:
     """The assets of one method.
 
-    Other settings than the defaults are baked below `out`, so that they do not replace what the user baked; so are all
+    Other settings of the bake than the defaults are baked below `out`, so that they do not replace what the user baked; so are all
     when the .blend was never saved or lies in a folder that cannot be written.
     """
     beside = assets_of(scene)
-    use_beside = bool(bpy.data.filepath) and not settings and _writable(beside)
+    use_beside = bool(bpy.data.filepath) and all(is_drawn(method, name) for name in settings or ()) and _writable(beside)
     folder = beside if use_beside else Path(out) / "assets" / file_name(scene.name)
     bake_assets(snapshot, (method,), folder, settings=settings, tracer=partial(trace, scene=scene), progress=progress)
     return baked_in(folder, snapshot, method)

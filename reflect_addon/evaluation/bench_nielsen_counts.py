@@ -29,7 +29,8 @@ DIFFERENCE = [36, 18, 24, 54]
 SPEED = [21 / 10, 97 / 17, 44 / 8, 27 / 7]  # frames per second, static over dynamic
 MEMORY, TRADITIONAL = [0.5, 0.5, 0.5, 0.8], [1.8, 1.0, 1.0, 1.0]  # MB, view-dependent
 MEMORY_CUBES, TRADITIONAL_CUBES = [0.9, 1.6, 1.3, 1.1], [1.9, 1.4, 1.3, 1.1]  # view-independent
-MAP, CUBE = 256 * 256 * 4, 6 * 128 * 128 * 4  # bytes of a planar or sphere map and of a cube map
+FACE = 128  # px, of a cube map, and 256 of a planar or sphere map
+MAP, CUBE = 256 * 256 * 4, 6 * FACE * FACE * 4  # bytes of a planar or sphere map and of a cube map
 ROUNDED = 0.05 + 1e-9  # MB: the table has one decimal
 DEPTHS = (1, 2, 3, 4)  # of the fit
 EVERYTHING = 100_000  # views: no limit
@@ -55,7 +56,7 @@ def dependent(scene: Mirrors, culling: Culling | None = None, **options) -> Pass
 
 
 def independent(scene: Mirrors, moving: bool, culling: Culling | None = None) -> Passes:
-    remade = tuple(range(len(scene.curved))) if moving else ()
+    remade = dict.fromkeys(range(len(scene.curved)), FACE) if moving else {}
     return view_independent(scene.camera, scene.planes, scene.curved, _settings(scene, culling, {}), remade)
 
 

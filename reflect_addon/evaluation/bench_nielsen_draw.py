@@ -16,6 +16,7 @@ from ..core.processes import temporary_folder
 from ..core.reflection_tree import BACK_FACES_ONLY, NOTHING_CULLED, Culling
 from ..gpu.timing import Work, frame_seconds, processor_clock, time_in_turns
 from . import bench_nielsen_counts as counts
+from . import bench_nielsen_culling as culling
 from .bench_nielsen_drawn import Drawn, drawn
 from .bench_nielsen_scene import SCENES
 from .bench_row import row
@@ -28,20 +29,21 @@ HALF = 0.5  # culling at least halves the time
 PIXEL = 8 + 16 + 4 + 3 * 16 + 8 + 4 + 8 + 4  # bytes: picture, ray map, answers, with their depths
 
 
-def measure(progress) -> list[dict]:
-    """Rows for targets.json."""
+def measure(progress) -> list:
+    """Rows for targets.json, and an Exhibit of what each culling saves (bench_nielsen_culling.py)."""
     scenes = []
     with temporary_folder("reflect-bench-") as folder:
         for number, name in enumerate(SCENES):
             progress(0.6 * number / len(SCENES), f"nielsen: baking {name}")
             scenes.append(drawn(name, SIZE, Path(folder)))
         progress(0.6, "nielsen: drawing")
-        return [*_passes(scenes), *_times(scenes), _targets(scenes)]
+        rows = [*_passes(scenes), *_times(scenes), _targets(scenes)]
+        return [*rows, *culling.table(scenes, _live, lambda share, text: progress(0.8 + 0.2 * share, f"nielsen, {text}"))]
 
 
-def _live(scene: Drawn, culling: Culling | None = None):
+def _live(scene: Drawn, culls: Culling | None = None):
     """A renderer with all its maps."""
-    renderer = scene.renderer(culling, curved=True, map_side=MAP, maps_per_frame=100)
+    renderer = scene.renderer(culls, curved=True, map_side=MAP, maps_per_frame=100)
     renderer.settle(scene.camera)
     return renderer
 
@@ -84,7 +86,7 @@ def _times(scenes: list[Drawn]) -> list[dict]:
         at_rest += _ms([still])
         speeds.append(moving / at_rest[-1])
         paper.free()
-        renderers = [_live(scene, culling) for culling in (Culling(), NOTHING_CULLED, BACK_FACES_ONLY)]
+        renderers = [_live(scene, culls) for culls in (Culling(), NOTHING_CULLED, BACK_FACES_ONLY)]
         best, none, back = _ms([renderer.work(replace(scene.camera, width=LARGE[0], height=LARGE[1])) for renderer in renderers])
         shares.append(best / none)
         over_paper.append(best / back)

@@ -35,10 +35,10 @@ class Drawn:
         """It draws `recursive` with these settings. culling: what is not drawn, the default's by default."""
         from ..gpu.renderer import Renderer
 
+        if culling is not None:
+            settings |= recursive.culling_settings(culling)
         assets = {name: _with(asset, settings) for name, asset in self.baked.assets.items()}
-        renderer = Renderer(scene or self.snapshot, assets, surfaces=self.baked.surfaces)
-        renderer.mirrors.culling = culling or Culling()
-        return renderer
+        return Renderer(scene or self.snapshot, assets, surfaces=self.baked.surfaces)
 
 
 def _with(asset: Asset, settings: dict) -> Asset:

@@ -8,6 +8,7 @@ class Counts:
     """Work since the counter was made. Uniform values set per draw are not uploads."""
 
     draws: int = 0  # batches drawn
+    triangles: int = 0  # of surfaces, in mirrored views and ray maps
     passes: int = 0  # full-screen passes
     uploads: int = 0  # textures and vertex buffers filled from the CPU
     upload_bytes: int = 0  # bytes of those on the GPU

@@ -2,6 +2,7 @@
 
 Each picture asks which maps are due (core/map_updates.py): those whose expected error is largest, a few a frame, none at rest. Their faces are
 drawn by levels.py, each as a picture with the planar mirrors in it; curved mirrors in any picture are answered from the map they have.
+A map is as large as its mirror is seen (core/map_size.py): one that has become too small is due, one that is too large shrinks when it is due.
 A mirror without a map yet is answered by its own asset, where the paper leaves it bare.
 """
 
@@ -12,6 +13,7 @@ from ..core.asset import Asset
 from ..core.camera import Camera
 from ..core.curved_views import CurvedMirror
 from ..core.live_maps import asset_of_map, reach_of
+from ..core.map_size import CUBE_STEP, cube_sides, side_of
 from ..core.map_updates import Kept, coupling_of, moved_share, none_yet, settle_frames, solid_share, update
 from ..core.mirror_planes import MirrorPlane
 from ..core.scene_moves import all_changed, moved_between
@@ -32,9 +34,10 @@ class CubeMaps:
     def __init__(self, counts: Counts, textures: TextureCache):
         self.counts, self._textures = counts, textures
         self.curved: tuple[CurvedMirror, ...] = ()
-        self.side, self.per_frame = 0, 0  # texels along an edge; maps made in a frame at most
+        self.side, self.per_frame = 0, 0  # texels along an edge, and maps made in a frame, at most
         self.kept, self.frame = none_yet(0), 0
-        self.targets: CubeTargets | None = None
+        self.targets: dict[int, CubeTargets] = {}  # by texels along an edge
+        self.sides: dict[str, int] = {}  # by reflector, texels along an edge of its map
         self._names: tuple[str, ...] = ()
         self._scene: SceneSnapshot | None = None
         self._surfaces: Asset | None = None
@@ -45,7 +48,7 @@ class CubeMaps:
         """Take another snapshot. side, per_frame: as named above; depth: reflections along a path."""
         names = tuple(scene.reflectors()[c.reflector].name for c in curved)
         if side != self.side or not curved:
-            self._images, self._assets, self.targets, self._names = {}, {}, None, ()
+            self._images, self._assets, self.targets, self.sides, self._names = {}, {}, {}, {}, ()
         before = dict(zip(self._names, zip(self.curved, self.kept.made, self.kept.stale, strict=True), strict=True))
         again = self._scene is None or surfaces is not self._surfaces or all_changed(self._scene, scene)
         moved = () if again else moved_between(self._scene, scene)
@@ -62,22 +65,32 @@ class CubeMaps:
         self._names, self.curved, self.side, self.per_frame = names, curved, side, per_frame
         self._planes, self._bounces = planes, max(min(map_mirrors.BOUNCES, depth - 1), 0)
         self._scene, self._surfaces = scene, surfaces
-        for kept in (self._images, self._assets):
+        for kept in (self._images, self._assets, self.sides):
             for name in kept.keys() - set(names):
                 del kept[name]
         for image, texture in self._images.values():
             self._textures.replace(image, texture)
 
-    def due(self, camera: Camera) -> tuple[int, ...]:
-        """The maps to make for the next picture, into `curved`; they count as made."""
+    def due(self, camera: Camera, by_area: bool = True) -> dict[int, int]:
+        """The maps to make for the next picture, into `curved`, and texels along an edge of each; they count as made. by_area: they are as
+        large as their mirrors are seen."""
         if not self.curved:
-            return ()
+            return {}
+        wanted = self._wanted(camera, by_area)
         eye = camera.world_from_camera[:3, 3]
         weights = np.array([UNSEEN + solid_share(c.center, eye, c.radius) for c in self.curved])
         self.frame += 1
-        still = np.zeros(len(self.curved))
-        remade, self.kept = update(self.kept, still, self._coupling, weights, self.frame, self.per_frame, TOLERANCE)
-        return remade
+        small = np.array([self.sides.get(name, 0) < side for name, side in zip(self._names, wanted, strict=True)], float)
+        remade, self.kept = update(self.kept, small, self._coupling, weights, self.frame, self.per_frame, TOLERANCE)
+        self.sides |= {self._names[index]: wanted[index] for index in remade}
+        return {index: wanted[index] for index in remade}
+
+    def _wanted(self, camera: Camera, by_area: bool) -> list[int]:
+        """Texels along an edge that each map should have."""
+        if not by_area:
+            return [self.side] * len(self.curved)
+        needed = cube_sides(np.array([c.center for c in self.curved]), np.array([c.radius for c in self.curved]), camera)
+        return [side_of(n, self.side, self.sides.get(name), CUBE_STEP) for n, name in zip(needed, self._names, strict=True)]
 
     def expire(self):
         """All maps are to be made again, as if everything had moved."""
@@ -93,9 +106,14 @@ class CubeMaps:
         """Pictures at rest after which `settled` holds, whatever moved before."""
         return settle_frames(self._coupling, self.per_frame, TOLERANCE) if self.curved else 0
 
-    def make_room(self):
-        if self.curved and self.targets is None:
-            self.targets = CubeTargets(self.side, self.counts)
+    def make_room(self, sides: set[int]):
+        """Targets for maps of these sizes."""
+        for side in sides - self.targets.keys():
+            self.targets[side] = CubeTargets(side, self.counts)
+
+    def side_of(self, index: int) -> int:
+        """Texels along an edge of the map that is being made."""
+        return self.sides[self._names[index]]
 
     def name_of(self, index: int) -> str:
         """The instance that a map is of."""
@@ -107,14 +125,16 @@ class CubeMaps:
     def complete(self, index: int, batch) -> Asset | None:
         """The six faces are drawn. Returns the asset that no longer serves, where another takes its place."""
         name = self._names[index]
-        if name not in self._images:
-            self._images[name] = np.zeros((1, 1, 4), np.float16), self.targets.new_image()
+        old, side = self._assets.get(name), self.sides[name]
+        if old is None or old.uniforms["cube_size"] != side:
+            image = self._images[name][0] if old is not None else np.zeros((1, 1, 4), np.float16)
+            self._images[name] = image, self.targets[side].new_image()
             self._textures.replace(*self._images[name])
         image, texture = self._images[name]
-        self.targets.complete(texture, batch)
+        self.targets[side].complete(texture, batch)
         curved = self.curved[index]
         met = map_mirrors.met_exactly(curved, self._planes)
-        old, new = self._assets.get(name), asset_of_map(self.reach(index), self.side, image, curved, met, self._bounces)
+        new = asset_of_map(self.reach(index), side, self.side, image, curved, met, self._bounces)
         if old is not None and (old.uniforms, old.options) == (new.uniforms, new.options):
             return None
         self._assets[name] = new
@@ -131,7 +151,8 @@ class CubeMaps:
 
     def targets_bytes(self) -> int:
         """Memory on the GPU of what maps are made in; the maps themselves are in the cache of textures."""
-        return self.targets.bytes if self.targets else 0
+        return sum(targets.bytes for targets in self.targets.values())
 
     def free(self):
-        self._images, self._assets, self.targets, self.curved, self._names, self.kept = {}, {}, None, (), (), none_yet(0)
+        self._images, self._assets, self.targets, self.sides = {}, {}, {}, {}
+        self.curved, self._names, self.kept = (), (), none_yet(0)

@@ -78,8 +78,9 @@ class LevelSurfaces:
         """Compile now."""
         program(SURFACE, self.counts)
 
-    def draw(self, view: View, camera: Camera, target: LevelTarget, window, hidden: str = ""):
-        """Everything but an instance that is `hidden` that window (x, y, width, height) of the camera's picture may show. view: the camera's."""
+    def draw(self, view: View, camera: Camera, target: LevelTarget, window, hidden: str = "", cull: bool = True):
+        """Everything but an instance that is `hidden` that window (x, y, width, height) of the camera's picture may show, or all else where
+        nothing is culled. view: the camera's."""
         gpu = ensure()
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
@@ -94,10 +95,11 @@ class LevelSurfaces:
             shader.bind()
             shader.block("view", view.buffer)
             for name, held, world_from_object, corners in self._things:
-                if name != hidden and may_be_seen(camera, corners, window):
+                if name != hidden and not (cull and not may_be_seen(camera, corners, window)):
                     shader.set("rel_from_object", view.rel_from_object(world_from_object))
                     shader.draw(held.batch)
                     self.counts.draws += 1
+                    self.counts.triangles += len(held.mesh.triangles)
             gpu.state.face_culling_set("NONE")
             gpu.state.depth_test_set("LESS_EQUAL")
             self._sky[1].draw(self._batch, view, target.width, target.height)

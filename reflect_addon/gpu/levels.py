@@ -4,17 +4,18 @@ The schedule (core/reflection_tree.py) says which views there are. Where a pictu
 into its level's targets: the surfaces with what they send out, the rays of the reflectors among them, the answers to these (answers.py,
 which calls here for the next level), and what the reflectors make of the answers. Then the pixels of the mirror take the view's
 radiance and places over as their own ray's answer, and the targets are free for the next mirror of the level (Fig 3).
-Targets are as large as what is seen of their level's mirrors, in steps: deep in a row of mirrors they are small.
+Targets are as large as what is seen of their level's mirrors (core/map_size.py): deep in a row of mirrors they are small.
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
+from ..core.map_size import targets_of
 from ..core.methods import recursive
 from ..core.mirrors import ROUGHEST
 from ..core.reflection_passes import Passes, view_independent
@@ -34,8 +35,8 @@ from .view import View
 
 # Of the outline of a mirror's plane, and float32 steps of places: how far from the plane a point of the mirror may be.
 IN_PLANE, STEPS = 2e-3, 2.0**-20
-# Sizes that a target's side may have.
-SIDES = 8
+# Frames after which a target shrinks that need not be so large: a second or two of a camera that turns to and fro.
+PATIENCE = 100
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,12 @@ class Levels:
         self._surfaces = LevelSurfaces(counts, textures, batch)
         self._levels: dict[int, Level] = {}  # by depth
         self._whole = (0, 0)  # px of the picture that the levels were made for
+        self._spare: dict[int, int] = {}  # by depth, frames in a row that needed no target as large
         self._planes: tuple = ()
         self._looked_for: tuple | None = None  # what mirrors were looked for in, and those found
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
         self.maps = CubeMaps(counts, textures)
-        self.culling = Culling()
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
         self.passes: Passes | None = None  # of the last frame
 
@@ -92,10 +93,12 @@ class Levels:
             self._levels, self.tree = {}, None
             self.maps.free()
             return
-        asked = [asset.settings for asset in chosen.values()]
+        asked = [{**recursive.DEFAULTS, **asset.settings} for asset in chosen.values()]
+        culls = [recursive.culling_of(s) for s in asked]
         self._settings = TreeSettings(
-            depth=max(int(s["depth"]) for s in asked), least_energy=min(float(s["least_energy"]) for s in asked)
-        )
+            depth=max(int(s["depth"]) for s in asked), least_energy=min(float(s["least_energy"]) for s in asked),
+            culling=Culling(*(all(getattr(c, f.name) for c in culls) for f in fields(Culling))),
+        )  # fmt: skip
         self._endless = any(bool(s["endless"]) for s in asked)
         planes, curved = self._mirrors_of(snapshot)
         self._planes = tuple(plane for plane in planes if plane.reflector in chosen)
@@ -141,10 +144,9 @@ class Levels:
         self._resolve, self._beside = resolve, "distance" if attenuates else None
         self.tree = self.passes = None
         if self.draws:
-            settings = replace(self._settings, culling=self.culling)
-            self.passes = view_independent(
-                camera, self._planes, self.maps.curved, settings, self.maps.due(camera), self.maps.side, border=1
-            )
+            remade = self.maps.due(camera, self._settings.culling.size)
+            self.passes = view_independent(camera, self._planes, self.maps.curved, self._settings, remade, border=1)
+            self.maps.make_room({*remade.values()})
             self.tree = self.passes.main
             self._make_room(camera)
             self.counts.faces += len(self.passes.faces)
@@ -157,7 +159,7 @@ class Levels:
         """The cube maps that are due, before the picture. answer: Answers.draw. Returns assets that no longer serve."""
         gone = []
         for face in self.passes.faces if self.passes else ():
-            self.tree, camera, target = face.tree, face.tree.root, self.maps.targets
+            self.tree, camera, target = face.tree, face.tree.root, self.maps.targets[self.maps.side_of(face.curved)]
             target.answers.clear()
             self._draw_picture(target, camera, (0, 0, *target.size), 1, Seen(camera, target.rays, target.answers, (0, 0, *target.size)), answer,
                                self.maps.name_of(face.curved))
@@ -193,11 +195,12 @@ class Levels:
         """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see."""
         self.view.set(camera)
         level.picture.clear(window)
-        self._surfaces.draw(self.view, camera, level.picture, window, hidden)
+        self._surfaces.draw(self.view, camera, level.picture, window, hidden, self._settings.culling.frustum)
         last = depth >= self._settings.depth and not self._endless
         if last or not self._raymap.any_seen(camera, window):
             return
-        self._raymap.draw(self.view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
+        within = camera if self._settings.culling.frustum else None
+        self._raymap.draw(self.view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden, within=within)
         answer(seen)
         self._light(level, window)
 
@@ -275,21 +278,22 @@ class Levels:
         return 1.0 / max(self._scene.diagonal(), 1e-30)
 
     def _make_room(self, camera: Camera):
-        """Targets that hold every view of the tree; sides grow in steps of an eighth of the picture's and never shrink, so that a camera's
-        move seldom makes new ones."""
-        self.maps.make_room()
-        least = self.maps.targets.size if self.maps.targets else (1, 1)
-        whole = max(camera.width, least[0]), max(camera.height, least[1])
+        """Targets that hold every view of the frame, in sizes of core/map_size.py. They grow at once, and shrink or go only after PATIENCE
+        frames without need of them, so that a camera's move seldom makes new ones."""
+        whole = camera.width, camera.height
         if whole != self._whole:
-            self._levels, self._whole = {}, whole
+            self._levels, self._whole, self._spare = {}, whole, {}
         nodes = [node for tree in self.passes.trees for node in tree.nodes]
-        for depth in {node.depth for node in nodes}:
-            level = self._levels.get(depth)
-            held = level.size if level else (0, 0)
-            drawn = np.max([node.drawn[2:] for node in nodes if node.depth == depth], axis=0)
-            steps = np.maximum(np.ceil(np.array(whole) / SIDES), 1)
-            size = tuple(int(max(h, min(np.ceil(d / s) * s, max(w, d)))) for h, d, s, w in zip(held, drawn, steps, whole, strict=True))
-            if level is None or size != held or level.beside != self._beside:
+        held = {depth: level.size for depth, level in self._levels.items()}
+        wanted = targets_of(nodes, whole, held, self._settings.culling.size)
+        for depth in wanted.keys() | held.keys():
+            size, before = wanted.get(depth, (0, 0)), held.get(depth, (0, 0))
+            larger = max(size[0], before[0]), max(size[1], before[1])
+            self._spare[depth] = self._spare.get(depth, 0) + 1 if size != larger else 0
+            size = larger if self._spare[depth] <= PATIENCE else size
+            if not any(size):
+                del self._levels[depth]
+            elif size != before or self._levels[depth].beside != self._beside:
                 self._levels[depth] = Level(size, self._beside, self.counts)
 
     def level_bytes(self) -> int:

@@ -85,14 +85,18 @@ class RayMapPass:
         self.meshes = meshes
         self.counts = counts
         self.sections, self.hiders = split_scene(snapshot, meshes)
+        self._around: dict[str, np.ndarray | None] | None = None  # by instance, corners of its box; None: not asked for yet
         self._boxes = {
             id(s.instance): _box_corners(snapshot.world_positions(s.instance)) for s in self.sections
         }
 
-    def draw(self, view: View, target: RayMapTarget, gpu, background=None, window=None, in_mirrors: bool = False, hidden: str = ""):
+    def draw(self, view: View, target: RayMapTarget, gpu, background=None, window=None, in_mirrors: bool = False, hidden: str = "",
+             within: Camera | None = None):
         """Occluders into depth, then the reflectors' rays where nothing hides them. background: a full-screen batch: then all
         other pixels hold the camera's own rays. window (x, y, width, height): nothing outside it is touched. in_mirrors: as a mirror
-        sees the scene, without what glossy rays do not meet; hidden: nor this instance."""
+        sees the scene, without what glossy rays do not meet; hidden: nor this instance; within: nor what is not in the window of this
+        camera's picture."""
+        left_out = self._left_out(in_mirrors, hidden, within, window)
         target.clear(window)
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
@@ -111,30 +115,41 @@ class RayMapPass:
                 hide.bind()
                 hide.block("view", view.buffer)
                 for instance, first, count in self.hiders:
-                    if in_mirrors and not instance.visible_glossy or instance.name == hidden:
+                    if instance.name in left_out:
                         continue
                     hide.set("rel_from_object", view.rel_from_object(instance.world_from_object))
                     hide.draw(self.meshes[instance.mesh].batch, first, count)
                     self.counts.draws += 1
+                    self.counts.triangles += count // 3
                 gpu.state.color_mask_set(True, True, True, True)
             if self.sections:
-                self.draw_sections(view, program(RAY_MAP, self.counts), in_mirrors=in_mirrors, hidden=hidden)
+                self.draw_sections(view, program(RAY_MAP, self.counts), left_out=left_out)
             gpu.state.scissor_test_set(False)
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
 
-    def draw_sections(self, view: View, shader: Program, bind=lambda shader: None, in_mirrors: bool = False, hidden: str = ""):
-        """All reflectors with a program made by surface_info; `bind` sets what else it needs; in_mirrors, hidden: as in draw."""
+    def draw_sections(self, view: View, shader: Program, bind=lambda shader: None, left_out: frozenset[str] = frozenset()):
+        """All reflectors but those named in left_out, with a program made by surface_info; `bind` sets what else it needs."""
         shader.bind()
         shader.block("view", view.buffer)
         bind(shader)
         for s in self.sections:
-            if in_mirrors and not s.instance.visible_glossy or s.instance.name == hidden:
+            if s.instance.name in left_out:
                 continue
             shader.set("rel_from_object", view.rel_from_object(s.instance.world_from_object))
             shader.set("surface", (s.reflector, s.material, s.roughness_spread, 0.0))
             shader.draw(self.meshes[s.instance.mesh].batch, s.first, s.count)
             self.counts.draws += 1
+            self.counts.triangles += s.count // 3
+
+    def _left_out(self, in_mirrors: bool, hidden: str, within: Camera | None, window) -> frozenset[str]:
+        """Names of the instances that are not drawn; see draw."""
+        named = {hidden} | {i.name for i in self.snapshot.instances if in_mirrors and not i.visible_glossy}
+        if within is not None:
+            if self._around is None:
+                self._around = {i.name: _box_corners(self.snapshot.world_positions(i)) for i in self.snapshot.instances}
+            named |= {name for name, box in self._around.items() if box is None or not may_be_seen(within, box, window)}
+        return frozenset(named)
 
     def any_seen(self, camera: Camera, window: tuple[int, int, int, int]) -> bool:
         """Whether window (x, y, width, height) of the camera's picture may show a reflector, beyond the near plane."""

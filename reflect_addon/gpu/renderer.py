@@ -297,9 +297,11 @@ class Renderer:
 
     def settle(self, camera: Camera):
         """Makes all cube maps that are due, however many frames a window would take: for a picture of a scene at rest."""
-        while not self.settled:
+        due = True
+        while due:
             with drawing_state():
                 self._answers.plan(camera, self._resolve, self.attenuation is not None)
+            due = not self.settled
 
     def virtual_statuses(self, camera: Camera) -> dict[str, int]:
         """Vertices of a frame by what is known of them (core/virtual_status.py), searched or interpolated, of what reflectors may show;

@@ -16,6 +16,7 @@ from ..core.asset import Asset
 from ..core.asset_files import BAKE_AGAIN, is_fresh, load_asset, save_asset
 from ..core.asset_places import asset_name
 from ..core.bake_lock import one_bake_at_a_time
+from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
 from ..core.job import BakeJob
 from ..core.kernel import record
@@ -45,8 +46,8 @@ def bake_assets(
 ) -> list[Path]:
     """Bakes the wanted methods (and what they require) for the named reflectors, all of them when none is named.
 
-    Assets go to folder/<kind>-<reflector>; those that are fresh stay, unless `again`, which takes nothing over
-    from an earlier bake. With a method's setting `live` the surfaces of what may move are baked too, for a method that draws
+    Assets go to folder/<kind>-<reflector>; those that are fresh stay, and remember what is asked for now of how they are drawn, unless
+    `again`, which takes nothing over from an earlier bake. With a method's setting `live` the surfaces of what may move are baked too, for a method that draws
     surfaces all that it draws (folder/surface_radiance-all). settings override the methods' defaults where a method has
     such a setting. progress(done in 0..1, text) may return False to cancel. Returns the folders of all assets asked
     for. ReflectError: no reflector, an unknown name, a disk that refuses.
@@ -73,6 +74,8 @@ def bake_assets(
             if asset is None and not again:
                 earlier = _readable(path, kind)
                 asset = earlier if _serves(earlier, scene, inputs, _required(kind, done), path) else None
+                if asset is not None and (asset := drawn_with(earlier, asked)) is not earlier:
+                    save_asset(asset, path)
             if asset is None:
                 began = time.perf_counter()
                 stages = Stages(lambda s, t, start=start, share=share, text=text: tell(start + share * s, text + t))

@@ -6,6 +6,7 @@ import json
 from ..core import methods
 from ..core.asset import Asset
 from ..core.asset_files import is_fresh
+from ..core.drawn_settings import baked_settings
 from ..core.remake import REFLECTOR
 from ..core.snapshot import Instance, SceneSnapshot
 
@@ -42,21 +43,19 @@ def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, ob
 
 
 def has_settings(asset: Asset, overrides: dict[str, object]) -> bool:
-    """Whether a bake with these overrides would ask for what this asset was baked with. (`live`, and a setting that an asset
-    of an earlier version does not know, change nothing in it.)"""
+    """Whether a bake with these overrides would ask for what this asset was baked with. (A setting that an asset of an earlier version
+    does not know changes nothing in it.)"""
     asked = settings_for(asset.kind, overrides)
-    return all(value == asked[name] for name, value in asset.settings.items() if name in asked and name != "live")
+    return all(value == asked[name] for name, value in baked_settings(asset.kind, asset.settings).items() if name in asked)
 
 
 def inputs_hash(scene: SceneSnapshot, kind: str, reflectors: tuple[Instance, ...], settings: dict) -> str:
-    """sha256 over everything that the content of an asset for these reflectors depends on. (`live` adds surfaces beside it and
-    changes nothing.)"""
-    settings = {name: value for name, value in settings.items() if name != "live"}
+    """sha256 over everything that the content of an asset for these reflectors depends on."""
     own = getattr(methods.get(kind), "inputs", None)
     content = own(scene, reflectors) if own else scene.geometry_hash
     if not content:
         return ""
-    parts = [content, kind, *(r.name for r in reflectors), json.dumps(settings, sort_keys=True, default=str)]
+    parts = [content, kind, *(r.name for r in reflectors), json.dumps(baked_settings(kind, settings), sort_keys=True, default=str)]
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()
 
 

@@ -15,6 +15,7 @@ from ..core import methods, surface_asset
 from ..core.asset import Asset
 from ..core.asset_files import load_asset
 from ..core.asset_places import asset_name, scene_folder
+from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
 from ..core.focus import refocused
 from ..core.snapshot import SceneSnapshot
@@ -43,6 +44,7 @@ class Live:
         self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
         self.surfaces: Asset | None = None  # the scene's surface radiance, from which stand-ins follow what moves
         self._joined: dict[tuple[int, ...], Asset | None] = {}
+        self._asked: dict[str, object] = {}  # settings of the scene's method and those it requires, as they are now
         self._focused: tuple[tuple, dict[str, Asset]] = ((), {})  # what `shown` was asked and answered last
         self._seen: dict[str, str] = {}  # asset's inputs hash -> the same, of what the window saw when its bake started
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
@@ -119,19 +121,25 @@ class Live:
         redraw_panels()
 
     def settings_changed(self, scene: bpy.types.Scene) -> None:
-        """A setting of a method was changed: what was baked stays to be seen, and is marked where it was baked with another."""
+        """A setting of a method was changed: what was baked stays to be seen, marked where it was baked with another, and is drawn as is
+        asked for now."""
+        before = self.joined()
         self._compare(scene)
+        after = self.joined()
+        if before.keys() != after.keys() or any(before[name] is not after[name] for name in after):
+            self.show(scene)
         redraw_panels()
 
     def _compare(self, scene: bpy.types.Scene) -> None:
         """Which reflectors have no assets, or old ones."""
         self.stale = self.missing = self.other_settings = ()
         self.remarks = {}
+        self._asked = asked = scene.reflect.bake_settings() if is_on(scene) else {}
+        self._joined = {key: asset and drawn_with(asset, asked) for key, asset in self._joined.items()}
         if self.snapshot is None or not is_on(scene):
             return
         stale, missing, other = [], [], []
         kinds = methods.with_required([scene.reflect.method])
-        asked = scene.reflect.bake_settings()
         for reflector in self.snapshot.reflectors():
             found = [self.asset(kind, reflector.name) for kind in kinds]
             if None in found or (self.surfaces is None and draws_surfaces(scene.reflect.method)):
@@ -174,7 +182,7 @@ class Live:
             assets = [self.asset(kind, reflector.name) for kind in methods.with_required([self.method])]
             if None in assets:
                 continue
-            beside = (self.asset(kind, reflector.name) for kind in methods.companions(self.method, assets[-1].settings))
+            beside = (self.asset(kind, reflector.name) for kind in methods.companions(self.method, self._asked))
             assets = [*[asset for asset in beside if asset is not None][:1], *assets]
             if (asset := self._join(assets)) is not None:
                 found[reflector.name] = asset
@@ -195,7 +203,8 @@ class Live:
         if key not in self._joined:
             own = assets[-1]
             try:
-                self._joined[key] = answering(own, assets[:-1], self.folder / asset_name(own.kind, own.reflector))
+                joined = answering(own, assets[:-1], self.folder / asset_name(own.kind, own.reflector))
+                self._joined[key] = drawn_with(joined, self._asked)
             except ReflectError as error:
                 self._joined[key] = None
                 self.problems += (str(error),)

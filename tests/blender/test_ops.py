@@ -149,6 +149,32 @@ def test_a_real_bake(registered, tmp_path):
     assert live_state().stale == ("Sphere",)
 
 
+def test_what_decides_only_what_is_drawn_makes_nothing_old(ball, monkeypatch):
+    """Another depth, and a culling less: drawn at once, with the images that there are. What is traced asks for a bake."""
+    from reflect_addon.scene import live
+    from reflect_addon.scene.bake import bake_assets
+    from reflect_addon.scene.places import assets_of
+
+    shown, settings, state = [], bpy.context.scene.reflect, live_state()
+    monkeypatch.setattr(live, "display", lambda scene, state: shown.append(state.joined()))
+    settings.method = "recursive"
+    for group in (settings.recursive, settings.layered_distance):
+        group.resolution, group.samples = "16", 1
+    bake_assets(state.snapshot, ["recursive"], assets_of(bpy.context.scene), settings={**settings.bake_settings(), "surface_samples": 1})
+    bpy.ops.reflect.refresh()
+    assert (state.missing, state.stale, state.other_settings, state.problems) == ((), (), (), ())
+    before = state.joined()["Ball"]
+    settings.recursive.depth, settings.recursive.cull_scissor = 5, False
+    after = state.joined()["Ball"]
+    assert (state.stale, state.other_settings) == ((), ()) and after.images is before.images
+    assert (after.settings["depth"], after.settings["cull_scissor"]) == (5, False) and shown[-1]["Ball"] is after
+    count = len(shown)
+    settings.recursive.samples = 2
+    assert state.other_settings == ("Ball",) and len(shown) == count and state.joined()["Ball"] is after
+    bpy.ops.reflect.refresh()
+    assert state.joined()["Ball"].settings["depth"] == 5
+
+
 def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
     from reflect_addon.scene.freshness import inputs_hash
     from reflect_addon.scene.places import assets_of

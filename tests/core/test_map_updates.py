@@ -83,7 +83,7 @@ def test_dynamic_minus_static_is_six_times_curved_times_what_a_face_holds(planar
     balls = [CurvedMirror(i, np.array([-1.0, 0.5 * i, -1.0]), 0.2, 1.0) for i in range(curved)]
     settings = TreeSettings(depth=depth, most=10**6, culling=BACK_FACES_ONLY)
     view = camera((2, 2.1, 2.2), (-1, -1, -1))
-    static, moving = (view_independent(view, planes, balls, settings, made) for made in ((), tuple(range(curved))))
+    static, moving = (view_independent(view, planes, balls, settings, made) for made in ({}, dict.fromkeys(range(curved), 128)))
     inside = {len(face.tree.nodes) for face in moving.faces}
     assert static.faces == () and len(moving.faces) == 6 * curved and len(inside) == 1
     assert moving.planar - static.planar == 6 * curved * inside.pop() > 0
@@ -96,6 +96,6 @@ def test_culling_leaves_a_face_what_it_sees():
     """Each mirror of a corner is seen by the faces that look at it, and by no others."""
     planes = [mirror(3 * n, -n, 2.8) for n in -np.eye(3)]
     ball = CurvedMirror(0, np.array([-1.0, -1.0, -1.0]), 0.2, 1.0)
-    passes = view_independent(camera((2, 2.1, 2.2), (-1, -1, -1)), planes, [ball], TreeSettings(depth=2), (0,))
+    passes = view_independent(camera((2, 2.1, 2.2), (-1, -1, -1)), planes, [ball], TreeSettings(depth=2), {0: 128})
     seen = [{n.mirror for n in face.tree.nodes} for face in passes.faces]
     assert [0 in seen[1], 1 in seen[3], 2 in seen[5]] == [True] * 3 and [0 in seen[0], 1 in seen[2], 2 in seen[4]] == [False] * 3

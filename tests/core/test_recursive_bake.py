@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from mesh_scenes import MIRROR, job, smooth_mirror, snapshot
+from mesh_scenes import MIRROR, job, smooth_mirror, snapshot, tracer
 from mirror_rooms import one_mirror, pane, things, two_mirrors
 
 from reflect_addon.core import methods
@@ -16,6 +16,8 @@ from reflect_addon.core.methods import environment, layered_distance, recursive
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.remake import REFLECTOR
 from reflect_addon.core.spaces import STATUS_FELL_BACK
+from reflect_addon.scene.bake import bake_assets
+from reflect_addon.scene.freshness import has_settings, is_stale
 
 SETTINGS = {**recursive.DEFAULTS, **layered_distance.DEFAULTS, "resolution": 8, "samples": 1, "sky_error": 0}
 
@@ -70,6 +72,17 @@ def test_what_makes_it_old():
     assert inputs == recursive.inputs(replace(scene, instances=moved), (mirror,))
     assert inputs != recursive.inputs(replace(scene, instances=scene.instances[:-1]), (mirror,))
     assert inputs != recursive.inputs(replace(scene, light_hash="night"), (mirror,))
+
+
+def test_what_decides_only_what_is_drawn_is_remembered_and_not_baked_again(tmp_path):
+    scene, made = replace(one_mirror(), light_hash="day", geometry_hash="here"), []
+    for depth, again in ((3, True), (5, False), (5, False)):
+        made.clear()
+        settings = {**SETTINGS, "depth": depth, "surface_samples": 1, "surface_levels": 1}
+        (*_, path) = bake_assets(scene, ["recursive"], tmp_path, settings=settings, tracer=tracer(scene, made=made))
+        assert bool(made) == again and load_asset(path).settings["depth"] == depth
+        assert not is_stale(scene, load_asset(path)) and has_settings(load_asset(path), {**settings, "depth": 8})
+    assert not has_settings(load_asset(path), {**settings, "samples": 2})
 
 
 def test_it_comes_back_from_disk_and_is_joined(tmp_path):

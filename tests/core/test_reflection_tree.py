@@ -342,11 +342,13 @@ def test_sizes_go_in_steps_with_hysteresis():
 def test_a_target_a_level_holds_all_its_views(rng):
     planes = scattered(rng, 8)
     tree = grow(camera((0, -2, 1), (0, 0, 0)), planes, SHARP)
-    targets = targets_of(tree)
+    whole = tree.root.width, tree.root.height
+    targets = targets_of(tree.nodes, whole)
     assert len(targets) == tree.levels
     for node in tree.nodes:
-        assert all(n <= t for n, t in zip(node.drawn[2:], targets[node.depth - 1], strict=True))
-    assert targets_of(tree, targets) == targets
+        assert all(n <= t <= w for n, t, w in zip(node.drawn[2:], targets[node.depth], whole, strict=True))
+    assert targets_of(tree.nodes, whole, targets) == targets
+    assert set(targets_of(tree.nodes, whole, by_area=False).values()) == {whole}
 
 
 def test_a_finer_view_shows_what_a_coarse_one_does(monkeypatch):

@@ -14,6 +14,7 @@ from virtual_scenes import ball
 
 from reflect_addon.core import cubemap, live_maps, surface_radiance
 from reflect_addon.core.kernel import record, run_numpy
+from reflect_addon.core.map_size import CUBE_STEP, cube_sides, side_of
 from reflect_addon.core.methods import environment, layered_distance
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.spaces import STATUS_FELL_BACK
@@ -210,3 +211,42 @@ def test_lamps_are_in_the_map(device):
     lit = added.max(1) > 0.5
     same = np.abs(shown[0] - shown[1] - added).max(1) < tolerances.MAP_SETTLED
     assert lit.sum() > 100 and same[lit].mean() > 1 - tolerances.MAP_EDGE and same.mean() > 1 - tolerances.MAP_EDGE
+
+
+def at(distance):
+    """Straight before the third ball, so far from its middle."""
+    place = np.array(BALLS["Third"][0])
+    return hand_scenes.camera(place + [distance, 0, 0.2], place, (96, 72), fov=0.9)
+
+
+def test_maps_are_as_large_as_seen_and_do_not_pop(device, found):
+    """A camera that moves to and fro about a step between sizes: a map grows once, when it is too small, and stays; far off, it shrinks when it is made."""
+    renderer = renderer_of(found, map_side=128, maps_per_frame=9)
+    maps = renderer.mirrors.maps
+    sides = {d: int(side_of(cube_sides(np.array([BALLS["Third"][0]]), np.array([BALLS["Third"][1]]), at(d))[0], 128, None, CUBE_STEP)) for d in np.linspace(1, 2, 60)}
+    step = next(far for near, far in zip(sides, list(sides)[1:], strict=False) if sides[near] != sides[far])
+    small, large = sorted({sides[d] for d in sides if abs(d - step) < 0.02})
+    settle(renderer, at(step + 0.02))
+    assert maps.sides["Third"] == small
+    drawn = []
+    for frame in range(12):
+        before = renderer.counts()
+        renderer.answer(at(step + 0.02 * np.cos(1.7 * frame)), positions=False)
+        drawn.append(renderer.counts()["faces"] - before["faces"])
+    assert maps.sides["Third"] == large and sum(drawn[:3]) > 0 and not any(drawn[3:]), drawn
+    image = image_of(renderer, "Third")
+    assert image.shape[:2] == cubemap.image_size(large) and np.isfinite(image).all()
+    before = renderer.counts()
+    renderer.answer(at(30.0), positions=False)
+    assert maps.sides["Third"] == large and renderer.counts()["faces"] == before["faces"], "what is large enough is kept"
+    maps.expire()
+    settle(renderer, at(30.0))
+    assert maps.sides["Third"] < small and image_of(renderer, "Third").shape[:2] == cubemap.image_size(maps.sides["Third"])
+    renderer.free()
+
+
+def test_without_the_culling_maps_have_their_full_side(device, found):
+    renderer = renderer_of(found, cull_size=False)
+    settle(renderer, at(30.0))
+    assert set(renderer.mirrors.maps.sides.values()) == {SIDE}
+    renderer.free()

@@ -11,7 +11,7 @@ from mesh_scenes import tracer
 from mirror_rooms import baked, one_mirror, paint, pane, two_mirrors
 from virtual_scenes import ball
 
-from reflect_addon.core.methods import virtual_objects
+from reflect_addon.core.methods import recursive, virtual_objects
 from reflect_addon.core.spaces import FAR, STATUS_FELL_BACK, STATUS_HIT
 
 CAMERA = hand_scenes.camera((1.2, -1.0, 1.3), (-1.5, 0.2, 0.7), (128, 96), fov=0.9)
@@ -220,6 +220,40 @@ def test_virtual_objects_in_a_mirrored_view(device):
     renderer.answer(CAMERA, positions=False)
     assert all(renderer.counts()[name] == before[name] for name in ("allocations", "uploads", "compiles"))
     renderer.free()
+
+
+def test_targets_do_not_pop_and_are_given_back(device, monkeypatch):
+    """A camera that sways makes no new ones once it has been everywhere; one that stays away lets go of them."""
+    from reflect_addon.gpu import levels
+
+    monkeypatch.setattr(levels, "PATIENCE", 5)
+    renderer = renderer_of(baked(two_mirrors(), depth=3))
+    made = []
+    for frame in range(16):
+        x = 1.0 + 0.3 * np.sin(1.3 * frame)
+        renderer.picture(hand_scenes.camera((x, -1.0, 1.3), (-1.5, 0.2, 0.7), (128, 96), fov=0.9))
+        made.append(renderer.counts()["allocations"])
+    assert made[-1] == made[6]
+    large, level = renderer.mirrors.level_bytes(), renderer.mirrored_views.levels
+    for _ in range(8):
+        renderer.picture(hand_scenes.camera((14.0, -9.0, 8.0), (-1.5, 0.2, 0.7), (128, 96), fov=0.9))
+    assert renderer.mirrors.level_bytes() < 0.5 * large and level >= renderer.mirrored_views.levels > 0
+    renderer.free()
+
+
+def test_what_is_culled_is_not_seen(device):
+    """Each culling switched off, the picture is the same; no fewer views, triangles, pixels nor bytes are drawn, and for some more."""
+    found, work, shown = baked(two_mirrors((1.5, 0.4, 1.0), (-1, -0.2, 0)), depth=3), {}, {}
+    for name in ("", *(name for name in recursive.DEFAULTS if name.startswith("cull_"))):
+        off = {name: False} if name else {}
+        renderer = renderer_of(replace(found, assets={k: replace(a, settings={**a.settings, **off}) for k, a in found.assets.items()}))
+        shown[name] = renderer.picture(CAMERA)
+        counts, tree = renderer.counts(), renderer.mirrored_views
+        work[name] = np.array([counts["views"], counts["triangles"], tree.pixels, renderer.mirrors.level_bytes()])
+        renderer.free()
+        assert (work[""] <= work[name]).all() and work[""].min() > 0
+        assert np.abs(shown[""] - shown[name])[..., :3].max(-1).mean() < tolerances.RECURSIVE_CULLED
+    assert all((work[""] < work[f"cull_{name}"]).any() for name in ("frustum", "scissor", "size"))
 
 
 def test_fifty_mirrors_are_bounded_work(device, one_baked, rng):

@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reflect_addon.evaluation import bench, bench_nielsen_curved, bench_nielsen_draw, bench_nielsen_maps, bench_nielsen_motion
+from reflect_addon.evaluation import (
+    bench,
+    bench_nielsen_culling,
+    bench_nielsen_curved,
+    bench_nielsen_draw,
+    bench_nielsen_maps,
+    bench_nielsen_motion,
+)
 from reflect_addon.evaluation.bench_nielsen_drawn import drawn
 
 
@@ -23,6 +30,18 @@ def test_passes_are_the_papers(balls):
 def test_a_level_has_one_set_of_targets(balls):
     row = bench_nielsen_draw._targets([balls])
     assert row["holds"] and row["ours"][0] > 0
+
+
+def test_what_each_culling_saves(balls, monkeypatch):
+    """(b) alone: one view; what is left out is counted."""
+    chosen = {name: bench_nielsen_culling.CULLINGS[name] for name in ("every", "none", "all but scissor", "scissor alone")}
+    monkeypatch.setattr(bench_nielsen_culling, "CULLINGS", chosen)
+    monkeypatch.setattr(bench_nielsen_culling, "NAMES", ("scissor",))
+    monkeypatch.setattr(bench_nielsen_culling, "TURNS", 1)
+    row, exhibit = bench_nielsen_culling.table([balls], bench_nielsen_draw._live, lambda share, text: None)
+    assert row["id"] == "N-cull-scissor" and row["holds"] and len(exhibit.rows) == 4
+    every, none, without, _ = ([float(cell) for cell in line[2:]] for line in exhibit.rows)
+    assert every[0] == none[0] == 1 and every[1] < without[1] <= none[1] and every[2] <= without[2] <= none[2]
 
 
 def test_reused_maps_settle(balls, monkeypatch):

@@ -60,7 +60,7 @@ SETTINGS = {
     "cameras": Setting("Camera in Cell", "The cell also holds the scene's camera (with Whole Path, its way over all frames), so that "
                        "the background can be shown from the light field, too"),
     "contact": Setting("Contact", "What is near the reflector is shown by its depth maps, or else its billboards, where these are baked too. "
-                       "Costs what they cost"),
+                       "Costs what they cost", drawn=True),
     "compressed": Setting("Compressed", "Radiance in 4 bits a ray instead of 48, as the paper stores it: a few percent less exact. "
                           "Depths stay half floats"),
     "shared": Setting("One Cell for All", "One cell around all reflectors that are baked together, instead of one for each. They do not "

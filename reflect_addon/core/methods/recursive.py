@@ -24,6 +24,7 @@ from ..curved_views import CurvedMirror, curved_of
 from ..job import BakeJob
 from ..kernel import Hit
 from ..mirror_planes import MirrorPlane, planes_of
+from ..reflection_tree import Culling
 from ..remake import REFLECTOR, part_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
@@ -39,21 +40,35 @@ NAME = "recursive"
 LABEL = "Recursive Mirrors"
 REQUIRES = (layered_distance.NAME,)
 SURFACES = reflected_surfaces.SETTINGS
+# By field of Culling: label and words.
+CULLING = {
+    "back_faces": ("Cull Back Faces", "Draw no view of a mirror that is seen from behind"),
+    "frustum": ("Cull Outside Picture", "Draw no view of a mirror that is outside of the picture"),
+    "window": ("Cull Outside Mirror", "Draw no view of a mirror that is not seen within the mirror that shows it"),
+    "area": ("Cull Small Mirrors", "Draw no view of a mirror that takes less than a pixel of the picture"),
+    "energy": ("Cull Faint Mirrors", "Draw no view of a mirror below Least Energy"),
+    "scissor": ("Tight Scissor", "Draw of a view only the pixels where its mirror is seen, and of the scene only what may be seen there"),
+    "size": ("Size by Area", "Make live cube maps as large as their reflectors are seen, Map Side at most, and memory for views as large as the "
+             "mirrors are seen. Without it cube maps have Map Side and views the picture's size"),
+}  # fmt: skip
 SETTINGS = {
     "depth": Setting("Depth", "Mirrors in mirrors that are drawn: 1 is what the eye sees in a mirror, each one more what is seen in "
-                     "mirrors there. Distance maps answer what lies beyond", low=1, soft_high=8),
+                     "mirrors there. Distance maps answer what lies beyond", low=1, soft_high=8, drawn=True),
     "least_energy": Setting("Least Energy", "Share of the picture's light below which a mirror in a mirror is left to distance maps: its "
-                            "share of the picture times the reflectances on the way to it", high=1.0, advanced=True),
+                            "share of the picture times the reflectances on the way to it", high=1.0, advanced=True, drawn=True),
     "endless": Setting("Endless", "Let distance maps answer mirrors beyond the last level. Without it these show no reflection, as "
-                      "a renderer whose glossy bounces end there", advanced=True),
+                      "a renderer whose glossy bounces end there", advanced=True, drawn=True),
     "curved": Setting("Live Cube Maps", "Answer curved reflectors by cube maps that are drawn when something moves, with mirrors in them, "
-                      "instead of by distance maps as baked"),
-    "map_side": Setting("Map Side", "Texels along an edge of a live cube map", low=16, high=1024, power_of_two=True, advanced=True),
+                      "instead of by distance maps as baked", drawn=True),
+    "map_side": Setting("Map Side", "Texels along an edge of a live cube map, at most", low=16, high=1024, power_of_two=True, advanced=True,
+                        drawn=True),
     "maps_per_frame": Setting("Maps a Frame", "Live cube maps that a frame makes at most, six views of the scene each; others show what "
-                              "they had, those with the largest error being next", soft_high=8, advanced=True),
+                              "they had, those with the largest error being next", soft_high=8, advanced=True, drawn=True),
+    **{f"cull_{name}": Setting(*words, advanced=True, drawn=True) for name, words in CULLING.items()},
 }  # fmt: skip
 DEFAULTS = {
     **environment.DEFAULTS, "depth": 3, "least_energy": 1e-4, "endless": True, "curved": False, "map_side": 128, "maps_per_frame": 1,
+    **{f"cull_{name}": True for name in CULLING},
 }  # fmt: skip
 
 
@@ -78,6 +93,16 @@ def sky_of(asset: Asset) -> Asset:
     """What a view shows where it sees nothing: an asset of `environment`, which shares the asset's image."""
     images, uniforms = ({n.removeprefix(_SKY): v for n, v in of.items() if n.startswith(_SKY)} for of in (asset.images, asset.uniforms))
     return Asset(environment.NAME, asset.reflector, images, uniforms)
+
+
+def culling_of(settings: dict[str, object]) -> Culling:
+    """What an asset's settings want left out."""
+    return Culling(**{name: bool(settings[f"cull_{name}"]) for name in CULLING})
+
+
+def culling_settings(culling: Culling) -> dict[str, object]:
+    """The same as settings."""
+    return {f"cull_{name}": getattr(culling, name) for name in CULLING}
 
 
 def drawn_mirrors(scene: SceneSnapshot) -> tuple[tuple[MirrorPlane, ...], tuple[CurvedMirror, ...]]:

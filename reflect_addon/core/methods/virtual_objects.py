@@ -41,16 +41,16 @@ SETTINGS = {
                           "shapes", low=16, high=1024, power_of_two=True),
     "parts": Setting("Parts", "Most parts that a reflector is taken apart into, where it is not all round. Each is searched and drawn "
                      "by itself; what is left out is answered by distance maps", soft_high=32, advanced=True),
-    "search_steps": Setting("Search Steps", "Most steps of a search for a point of reflection", soft_high=64, advanced=True),
-    "paper": Setting("First-Order Search", "The search as it was published, following bisectors. Slower", advanced=True),
+    "search_steps": Setting("Search Steps", "Most steps of a search for a point of reflection", soft_high=64, advanced=True, drawn=True),
+    "paper": Setting("First-Order Search", "The search as it was published, following bisectors. Slower", advanced=True, drawn=True),
     "second_order": Setting("Mirrors in Mirrors", "Let mirrors that are seen in the reflector reflect too, by its distance maps",
-                            advanced=True),
+                            advanced=True, drawn=True),
     "grid_share": Setting("Grid Share", "Share of the scene's vertices that is searched, as nodes of a grid; the others are "
-                          "interpolated. 0: all are searched", high=1.0, advanced=True),
+                          "interpolated. 0: all are searched", high=1.0, advanced=True, drawn=True),
     "grid_tolerance": Setting("Grid Tolerance", "Pixels that an interpolated vertex may be off by: grids are as fine as that needs, and Grid "
-                         "Share means nothing. 0: none are", soft_high=4.0, advanced=True),
+                         "Share means nothing. 0: none are", soft_high=4.0, advanced=True, drawn=True),
     "finish": Setting("Finish", "Let each pixel's own ray meet the triangle that is drawn there. Without it pictures are as published: "
-                      "what lies between vertices is interpolated", advanced=True),
+                      "what lies between vertices is interpolated", advanced=True, drawn=True),
 }  # fmt: skip
 DEFAULTS = {
     "map_texels": 128, "parts": 16, "search_steps": 16, "paper": False, "finish": True, "second_order": True, "grid_share": 0.0,
