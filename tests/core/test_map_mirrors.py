@@ -73,7 +73,7 @@ def image():
 def answered(image, origin, direction, panes, bounces=map_mirrors.BOUNCES):
     texels, uniforms = image
     reach = live_maps.Reach(BALL.center, uniforms["distance_scale"] * cubemap.FARTHEST)
-    asset = live_maps.asset_of_map(reach, SIDE, texels, BALL, panes, bounces)
+    asset = live_maps.asset_of_map(reach, SIDE, SIDE, texels, BALL, panes, bounces)
     asset = replace(asset, uniforms={**asset.uniforms, "radiance_scale": uniforms["radiance_scale"]})
     return run_numpy(record(live_maps.trace, asset), asset, Rays(origin.astype(np.float32), direction.astype(np.float32)))
 
