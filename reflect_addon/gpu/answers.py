@@ -13,7 +13,8 @@ from ..core.snapshot import SceneSnapshot
 from .background import BACKGROUND
 from .counts import Counts
 from .fill import Fill, TextureCache
-from .levels import Levels, Seen
+from .level_targets import Seen
+from .levels import Levels
 from .raymap import RayMapPass
 from .resolve import MaterialTable
 from .upload import triangle_batch

@@ -20,7 +20,8 @@ from .counts import Counts
 from .device import ensure
 from .fill import TextureCache
 from .follow import Followed, Followers
-from .levels import Levels, Seen
+from .level_targets import Seen
+from .levels import Levels
 from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
