@@ -16,6 +16,7 @@ from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
 from ..core.methods import recursive
+from ..core.mirror_series import branch, continued, rows_of
 from ..core.mirrors import ROUGHEST
 from ..core.reflection_passes import Passes, view_independent
 from ..core.reflection_tree import Culling, Node, Tree, TreeSettings
@@ -26,8 +27,9 @@ from .device import ensure
 from .fill import TextureCache
 from .level_surfaces import LevelSurfaces
 from .level_targets import Level, LevelTargets, Seen
+from .mirror_series import MirrorSeries
 from .resolve import MaterialTable
-from .shown_mirrors import ShownMirrors
+from .shown_mirrors import ShownMirrors, near_plane
 from .view import View
 
 
@@ -37,6 +39,7 @@ class Levels:
     def __init__(self, counts: Counts, textures: TextureCache, batch, most_rays: int):
         self.counts, self._batch, self._view = counts, batch, View()
         self.shown = ShownMirrors(counts, textures, batch, most_rays)
+        self._series = MirrorSeries(counts, textures, batch)
         self._surfaces = LevelSurfaces(counts, textures, batch)
         self.targets = LevelTargets(counts)
         self._planes: tuple = ()
@@ -53,7 +56,8 @@ class Levels:
         self._raymap, self._scene = raymap, snapshot
         own = [asset_of(assets, r) for r in snapshot.reflectors()]
         chosen = {i: asset for i, asset in enumerate(own) if asset is not None and asset.kind == recursive.NAME and surfaces is not None}
-        self._planes, self._settings = (), None
+        self._planes, self._settings, self._assets = (), None, chosen
+        self._series.keep_only(chosen.values())
         self.shown.update(snapshot, chosen, materials)
         sky = next((recursive.sky_of(asset) for asset in chosen.values()), None)
         self._surfaces.update(snapshot, surfaces if chosen else None, sky)
@@ -150,8 +154,28 @@ class Levels:
                 self._draw_view(index, node, answer)
                 self.shown.draw(plane, self._camera_of(node), self.targets[node.depth].picture, node, seen, self._per_metre())
                 drawn.add(plane.reflector)
+        if self._endless:
+            drawn |= self._continue(seen, reflectors)
         for reflector in sorted(drawn):
             self._surfaces.lamps.draw(seen.rays, seen.target, reflector, self._per_metre(), bounds)
+
+    def _continue(self, seen: Seen, reflectors: range) -> set[int]:
+        """The mirrors among them without a view, by the pictures of the branch. Returns their reflectors."""
+        found = branch(self.tree, seen.node, self._planes)
+        ended = [one for one in continued(self.tree, seen.node, found) if self._planes[one.mirror].reflector in reflectors]
+        if ended:
+            pictures = [self._picture_of(self.tree.nodes[index]) for index in found.values()]
+            reach = 4.0 * (self._scene.diagonal() + float(np.linalg.norm(seen.camera.world_from_camera[:3, 3])))
+            for one in ended:
+                plane = self._planes[one.mirror]
+                self._series.draw(one, plane, pictures, list(found).index(one.mirror), seen, self._assets[plane.reflector], self._resolve,
+                                  self._mirrors, self._surfaces.lamps, self._per_metre(), reach)  # fmt: skip
+        return {self._planes[one.mirror].reflector for one in ended}
+
+    def _picture_of(self, node: Node) -> tuple[Level, np.ndarray]:
+        """A view that is being drawn, as a series reads it."""
+        camera, plane = self._camera_of(node), self._planes[node.mirror]
+        return self.targets[node.depth], rows_of(camera, plane, (0, 0, *node.drawn[2:]), near_plane(plane, camera))
 
     def _draw_view(self, index: int, node: Node, answer):
         """The picture of one view, into its level's targets."""
@@ -208,5 +232,6 @@ class Levels:
         self._planes, self._mirrors, self.tree, self.passes = (), None, None, None
         self.targets.free()
         self.shown.free()
+        self._series.free()
         self.maps.free()
         self._surfaces.free()
