@@ -323,3 +323,7 @@ MAP_HALF = 4e-3
 MAP_SETTLED = 1e-2
 # ... and the median error where something is met, over that of look-ups by direction alone (0.79 measured; of it surface radiance is a half).
 MAP_PLACED = 0.9
+
+# Mirrors beyond the last level: difference to a picture five levels deeper over that of distance maps (measured: see docs/decisions.md), of which
+# single pixels beside outlines are all.
+SERIES_OVER_MAPS = 0.5

@@ -28,7 +28,7 @@ from .fill import TextureCache
 from .level_surfaces import LevelSurfaces
 from .level_targets import Level, LevelTargets, Seen
 from .mirror_series import MirrorSeries
-from .resolve import MaterialTable
+from .resolve import MaterialTable, Resolve
 from .shown_mirrors import ShownMirrors, near_plane
 from .view import View
 
@@ -48,6 +48,7 @@ class Levels:
         self._mirrors: MaterialTable | None = None
         self.maps = CubeMaps(counts, textures)
         self.culling = Culling()
+        self.continues = True  # mirrors beyond the last level through the branch's pictures; False: distance maps, to measure against
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
         self.passes: Passes | None = None  # of the last frame
 
@@ -98,15 +99,17 @@ class Levels:
         """Whether there are mirrors to be drawn."""
         return bool(self._planes or self.maps.curved)
 
-    def prepare(self, beside: str | None):
-        """Compile now."""
+    def prepare(self, beside: str | None, resolve: Resolve):
+        """Compile now. resolve: as for plan."""
         if self.draws:
             self._surfaces.prepare()
             self._surfaces.lamps.prepare(beside)
             self.shown.prepare(self._planes, beside)
+            if self._endless:
+                self._series.prepare(self._planes, self._assets, resolve, beside, self._surfaces.lamps)
         self.maps.prepare()
 
-    def plan(self, camera: Camera, resolve, attenuates: bool):
+    def plan(self, camera: Camera, resolve: Resolve, attenuates: bool):
         """The views of the next picture, and of the cube maps before it. resolve: what makes light of answers (resolve.py), which reads
         distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
@@ -154,7 +157,7 @@ class Levels:
                 self._draw_view(index, node, answer)
                 self.shown.draw(plane, self._camera_of(node), self.targets[node.depth].picture, node, seen, self._per_metre())
                 drawn.add(plane.reflector)
-        if self._endless:
+        if self._endless and self.continues:
             drawn |= self._continue(seen, reflectors)
         for reflector in sorted(drawn):
             self._surfaces.lamps.draw(seen.rays, seen.target, reflector, self._per_metre(), bounds)
@@ -167,9 +170,9 @@ class Levels:
             pictures = [self._picture_of(self.tree.nodes[index]) for index in found.values()]
             reach = 4.0 * (self._scene.diagonal() + float(np.linalg.norm(seen.camera.world_from_camera[:3, 3])))
             for one in ended:
-                plane = self._planes[one.mirror]
-                self._series.draw(one, plane, pictures, list(found).index(one.mirror), seen, self._assets[plane.reflector], self._resolve,
-                                  self._mirrors, self._surfaces.lamps, self._per_metre(), reach)  # fmt: skip
+                plane, own = self._planes[one.mirror], list(found).index(one.mirror)
+                self._series.draw(one.window, plane, pictures, own, seen, self._assets[plane.reflector], self._resolve, self._mirrors,
+                                  self._surfaces.lamps, self._per_metre(), reach)  # fmt: skip
         return {self._planes[one.mirror].reflector for one in ended}
 
     def _picture_of(self, node: Node) -> tuple[Level, np.ndarray]:

@@ -8,13 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..core import mirror_march, mirror_series, spaces, virtual_lamps
+from ..core import mirror_series, spaces, virtual_lamps
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
 from ..core.methods import recursive
 from ..core.mirror_planes import MirrorPlane
 from ..core.mirror_series import PICTURES, ROWS
-from ..core.reflection_tree import Ended
 from .background import FULLSCREEN
 from .counts import Counts
 from .device import ensure
@@ -29,7 +28,7 @@ from .virtual_lamps import Lamps
 _STRUCT = f"struct ReflectSeries {{ vec4 of[{PICTURES * len(ROWS)}]; }};"
 _REST = {"origin": "start", "direction": "along", "width": "width", "spread": "spread"}
 _MARCH = {
-    "start": "from", "direction": "along", "eye": "eye.xyz", "forward": "forward.xyz", "row_x": "row_x", "row_y": "row_y", "row_w": "row_w",
+    "picture": "float(at)", "start": "from", "direction": "along", "eye": "eye.xyz", "forward": "forward.xyz", "row_x": "row_x", "row_y": "row_y", "row_w": "row_w",
     "window": "window", "footprint": "eye.w", "reach": "reach",
 }  # fmt: skip
 
@@ -39,21 +38,24 @@ class MirrorSeries:
 
     def __init__(self, counts: Counts, textures: TextureCache, batch):
         self._counts, self._textures, self._batch = counts, textures, batch
-        self._infos: dict[tuple, tuple[Asset, ProgramInfo, tuple, object]] = {}
+        self._infos: dict[tuple, tuple[Asset, ProgramInfo, tuple, tuple | None]] = {}
+        self._rows = None  # the uniform buffer of the pictures' rows
 
     def keep_only(self, assets):
         """Let go of what was made of other assets."""
         self._infos = {key: made for key, made in self._infos.items() if any(made[0] is asset for asset in assets)}
 
-    def prepare(self, asset: Asset, resolve: Resolve, beside: str | None, lamps: Lamps):
-        """Compile now."""
-        program(self._made(asset, resolve, beside, lamps)[1], self._counts)
+    def prepare(self, planes: Sequence[MirrorPlane], assets: dict[int, Asset], resolve: Resolve, beside: str | None, lamps: Lamps):
+        """Compile now, for sharp mirrors that may see others. assets: by reflector."""
+        sharp = [plane.reflector for plane in planes if plane.roughness[1] == 0]
+        for reflector in sharp if len(sharp) > 1 else ():
+            program(self._made(assets[reflector], resolve, beside, lamps)[1], self._counts)
 
-    def draw(self, ended: Ended, plane: MirrorPlane, pictures: Sequence[tuple[Level, np.ndarray]], first: int, seen: Seen, asset: Asset,
+    def draw(self, window, plane: MirrorPlane, pictures: Sequence[tuple[Level, np.ndarray]], first: int, seen: Seen, asset: Asset,
              resolve: Resolve, materials: MaterialTable, lamps: Lamps, per_metre: float, reach: float):  # fmt: skip
-        """A mirror without a view, as answers to its pixels' rays. pictures: levels' targets and their rows (mirror_series.rows_of); first: which of them
+        """A mirror without a view, as answers to its rays within window (x, y, width, height px of the schedule's picture). pictures: levels' targets and their rows (mirror_series.rows_of); first: which of them
         is the mirror's own; asset: of its reflector; per_metre: unit of depth in reflection buffers; reach: m, beyond everything."""
-        gpu, target, (x, y, width, height) = ensure(), seen.target, ended.window
+        gpu, target, (x, y, width, height) = ensure(), seen.target, window
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
@@ -86,8 +88,11 @@ class MirrorSeries:
             shader.block(*block)
         rows = np.zeros((PICTURES, len(ROWS), 4), np.float32)
         rows[: len(pictures)] = [found for _, found in pictures]
-        self._block = ensure().types.GPUUniformBuf(rows.ravel())
-        shader.block("series", self._block)
+        if self._rows is None:
+            self._rows = ensure().types.GPUUniformBuf(rows.ravel())
+        else:
+            self._rows.update(rows.ravel())
+        shader.block("series", self._rows)
         for i in range(PICTURES):
             level, _ = pictures[min(i, len(pictures) - 1)]
             for name, texture in zip(_names(i), (level.picture.color_tx, level.picture.place_tx, level.rays.material_tx), strict=True):
@@ -109,7 +114,7 @@ class MirrorSeries:
         return self._infos[key]
 
     def free(self):
-        self._infos = {}
+        self._infos, self._rows = {}, None
 
 
 def _names(i: int) -> tuple[str, str, str]:
@@ -121,7 +126,8 @@ def _info(kernel, resolve: Resolve, beside: str | None, lamps: bool) -> ProgramI
     outputs, store = stored(beside)
     reflectance, reflectance_call = resolve.reflectance_parts()
     fade, fade_call = fade_parts("met.along", "through") if resolve.plan.attenuation else ("", "")
-    march, at = zip(*(_marched(i) for i in range(PICTURES)), strict=True)
+    recorded = record_function(mirror_series.march, mirror_series.INPUTS, mirror_series.IMAGES)
+    march = emit_glsl(recorded, ("radiance", "distance", "found", "pixel"), "march_mirrors", prefix="")
     blocks = ((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else ()
     names = (*RAYS, "materials_tx", *kernel.images.values(), *(("lamps_buf",) if lamps else ()), *(n for i in range(PICTURES) for n in _names(i)))
     numbers = {
@@ -137,23 +143,10 @@ def _info(kernel, resolve: Resolve, beside: str | None, lamps: bool) -> ProgramI
         samplers=tuple(("FLOAT_2D", name) for name in names),
         outputs=(("VEC4", "radiance_out"), *outputs),
         generated=(
-            ("kernel", kernel.source), ("march", "".join(march)), ("march_at", "".join(at)), ("reflectance", reflectance + fade),
+            ("kernel", kernel.source), ("march", march.source), ("march_call", call_text(march, _MARCH, "march_")), ("reflectance", reflectance + fade),
             ("reflectance_call", reflectance_call), ("fade", fade_call), ("call", call_text(kernel, _REST, "rest_")), ("store_answer", store),
         ),
         defines=tuple((name, str(value)) for name, value in numbers.items()),
         depth="ANY",
         **FULLSCREEN,
     )  # fmt: skip
-
-
-def _marched(i: int) -> tuple[str, str]:
-    """(GLSL of the march through picture i, GLSL that sets `met` by it where that is asked)."""
-    names = _names(i)
-
-    def march(k, scope, **inputs):
-        return mirror_march.march(k, scope, **inputs, images=names[:2])
-
-    kernel = emit_glsl(record_function(march, mirror_march.INPUTS, names[:2]), ("radiance", "distance", "found", "pixel"), f"march_{i}", prefix="")
-    place, material = (f"texelFetch({name}, ivec2(march_pixel), 0)" for name in names[1:])
-    met = f"    met = Met(march_found > 0.5, march_radiance, march_distance, {place}.xyz, {material}.rg);\n"
-    return kernel.source, f"  if (at == {i}) {{\n{call_text(kernel, _MARCH, 'march_')}{met}  }}\n"

@@ -133,7 +133,7 @@ class Renderer:
     def prepare(self, overlay: bool = False):
         """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
         moves."""
-        self._answers.prepare(self._beside(False))
+        self._answers.prepare(self._beside(False), self._resolve)
         if self._answers.levels.draws:
             self._resolve.level_program()
         self._followers.prepare(self.surfaces)

@@ -19,7 +19,20 @@ Met march_in(int at, vec3 start, vec3 along)
   if (!(w > 0.0) || any(lessThan(px, window.xy)) || any(greaterThan(px, window.zw))) {
     return met;
   }
-#include "march_at"
+#include "march_call"
+  if (march_found > 0.5) {
+    ivec2 pixel = ivec2(march_pixel);
+    vec4 place = texelFetch(place0_tx, pixel, 0), material = texelFetch(material0_tx, pixel, 0);
+    if (at == 1) {
+      place = texelFetch(place1_tx, pixel, 0);
+      material = texelFetch(material1_tx, pixel, 0);
+    }
+    else if (at == 2) {
+      place = texelFetch(place2_tx, pixel, 0);
+      material = texelFetch(material2_tx, pixel, 0);
+    }
+    met = Met(true, march_radiance, march_distance, place.xyz, material.rg);
+  }
   return met;
 }
 
