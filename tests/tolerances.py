@@ -335,3 +335,7 @@ MAP_MIRRORED = 0.1
 # Rough mirrors, a lobe of one or two pixels: RMSE at edges against GGX by Monte Carlo of a view with several pixels for each of the picture's, over that
 # of one with as many (0.54 measured; the view's surfaces and 64 rays are a part of both).
 GLOSSY_FINER = 0.7
+
+# Mirrors beyond the last level: difference to a picture five levels deeper over that of distance maps (measured: see docs/decisions.md), of which
+# single pixels beside outlines are all.
+SERIES_OVER_MAPS = 0.5

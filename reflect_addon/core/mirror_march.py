@@ -30,11 +30,13 @@ INPUTS = {
 IMAGES = ("picture_tx", "place_tx")
 
 
-def march(k, scope, start, direction, eye, forward, row_x, row_y, row_w, window, footprint, reach):
-    """{'radiance': vec3, 'distance': float m along the ray, 'found': float}: what the ray meets in the view.
+def march(k, scope, start, direction, eye, forward, row_x, row_y, row_w, window, footprint, reach, texel=None):
+    """{'radiance': vec3, 'distance': float m along the ray, 'found': float, 'pixel': vec2}: what the ray meets in the view, and where in its picture.
 
     start: of the ray, relative to the eye; row_x, row_y, row_w: of clip coordinates in px, relative to the eye, so that x / w is a pixel; window: px,
-    low x, y and high x, y of what was drawn; footprint: of a pixel at depth 1 m, or m of an orthographic one's where w is 1; reach: m."""
+    low x, y and high x, y of what was drawn; footprint: of a pixel at depth 1 m, or m of an orthographic one's where w is 1; reach: m;
+    texel(name, at): of the picture, name one of IMAGES; None: of the images of these names."""
+    texel = texel or (lambda name, at: k.fetch(scope.images[name], at))
 
     def at_start(row):
         return k.dot(row.xyz, start) + row.w
@@ -63,7 +65,7 @@ def march(k, scope, start, direction, eye, forward, row_x, row_y, row_w, window,
     def behind_by(u, t):
         """m that the ray is behind the place shown where it is seen."""
         at = k.min(from_px + line * u, last)
-        place = k.fetch(scope.images["place_tx"], at)
+        place = texel("place_tx", at)
         return depth0 + t * rises - k.dot(place.xyz - eye, forward)
 
     steps = k.name("steps", k.min(FEWEST + k.ceil(k.length(line) * (1.0 / STRIDE)), MOST_STEPS))
@@ -91,11 +93,12 @@ def march(k, scope, start, direction, eye, forward, row_x, row_y, row_w, window,
     _, hidden, met = k.loop(steps, (0.0, 0.0, -1.0), step)
     at = k.select(met >= 0.0, met, 1.0)
     pixel = k.name("pixel", k.min(from_px + line * at, last))
-    seen = k.fetch(scope.images["picture_tx"], pixel)
-    place = k.fetch(scope.images["place_tx"], pixel)
+    seen = texel("picture_tx", pixel)
+    place = texel("place_tx", pixel)
     sky = (hidden < 0.5) & (k.dot(place.xyz - eye, place.xyz - eye) > (spaces.FAR / 2) * (spaces.FAR / 2)) & (end >= reach)
     return {
         "radiance": seen.rgb,
         "distance": k.select(met >= 0.0, time(at), spaces.FAR),
         "found": k.select((met >= 0.0) | sky, 1.0, 0.0),
+        "pixel": pixel,
     }

@@ -84,13 +84,13 @@ def first_order(progress) -> list:
     scene = rooms.one_mirror()
     with temporary_folder("reflect-bench-") as folder, open_frame(scene, None) as snapshot:
         names = environment.NAME, recursive.NAME
-        baked = _bake(scene, snapshot, names, folder, MAPS, lambda share, text: progress(0.7 * share, text))
+        baked = bake_for(scene, snapshot, names, folder, MAPS, lambda share, text: progress(0.7 * share, text))
         progress(0.7, "the truth")
         judged = judge(scene, snapshot, SIZE, folder, None, CLOSE, "gpu", lambda share, text: None)
         answers = [_run(judged, one).answer() for one in baked]
         seconds = baked[1].surfaces.bake_seconds
-    picture, flip = _seen(judged, answers[1].radiance)
-    _, floor = _seen(judged, judged.truth.second_radiance)
+    picture, flip = flip_of(judged, answers[1].radiance)
+    _, floor = flip_of(judged, judged.truth.second_radiance)
     hit = metrics.hit_errors(answers[1], judged.truth.hits, judged.rays, judged.diagonal).hit_p95
     errors = [metrics.rmse(answer.radiance, judged.truth.hits.radiance) for answer in answers]
     ratio = errors[1] / errors[0]
@@ -101,7 +101,7 @@ def first_order(progress) -> list:
             f"FLIP; two truths differ by {floor:.3f}, and surfaces took {seconds:.1f} s to bake. {what}."),
         row("N-planar-rmse", ratio, RMSE, ratio <= RMSE,
             f"RMSE of radiance over environment's: {errors[1]:.3g} over {errors[0]:.3g}. {what}."),
-        Exhibit("What one planar mirror shows", f"{what}.", pictures=tuple(_pictures(judged, picture, "one mirror"))),
+        Exhibit("What one planar mirror shows", f"{what}.", pictures=tuple(pictures_of(judged, picture, "one mirror"))),
     ]  # fmt: skip
 
 
@@ -109,18 +109,18 @@ def deeper(scene: bpy.types.Scene, depths: tuple[int, ...], progress, size=SIZE,
     """rows: for each depth (FLIP, FLIP of two truths, views, frame's time over the first depth's); pictures: of depths SHOWN."""
     rows, pictures, runs = [], [], []
     with temporary_folder("reflect-bench-") as folder, open_frame(scene, None) as snapshot:
-        (baked,) = _bake(scene, snapshot, (recursive.NAME,), folder, MAPS, lambda share, text: progress(0.5 * share, text))
+        (baked,) = bake_for(scene, snapshot, (recursive.NAME,), folder, MAPS, lambda share, text: progress(0.5 * share, text))
         for number, depth in enumerate(depths):
             progress(0.5 + 0.4 * number / len(depths), f"depth {depth}")
             scene.cycles.glossy_bounces = depth - 1
             judged = judge(scene, snapshot, size, folder / str(depth), None, samples, "gpu", lambda share, text: None)
             run = _run(judged, ending_at(baked, depth))
-            picture, flip = _seen(judged, run.answer().radiance)
-            _, floor = _seen(judged, judged.truth.second_radiance)
+            picture, flip = flip_of(judged, run.answer().radiance)
+            _, floor = flip_of(judged, judged.truth.second_radiance)
             runs.append(run)
             rows.append((flip, floor, run.views))
             if depth in SHOWN:
-                pictures += _pictures(judged, picture, f"depth {depth}")
+                pictures += pictures_of(judged, picture, f"depth {depth}")
         progress(0.9, "times")
         times = _times(runs)
     return {"rows": [(*line, time) for line, time in zip(rows, times, strict=True)], "pictures": pictures}
@@ -132,7 +132,7 @@ def ending_at(baked: Baked, depth: int) -> Baked:
     return replace(baked, assets=assets)
 
 
-def _bake(scene, snapshot, names, folder, settings, progress) -> list[Baked]:
+def bake_for(scene, snapshot, names, folder, settings, progress) -> list[Baked]:
     """What each of the methods draws from."""
     tracer = partial(trace, scene=scene)
     bake_assets(snapshot, names, folder, settings=settings, tracer=tracer, progress=lambda share, text: progress(share, text) or True)
@@ -143,7 +143,7 @@ def _run(judged: Judged, baked: Baked) -> GpuBackend:
     return GpuBackend(judged.snapshot, baked.assets, judged.look, judged.camera, judged.ray_map, baked.surfaces)
 
 
-def _seen(judged: Judged, radiance: np.ndarray) -> tuple[np.ndarray, float]:
+def flip_of(judged: Judged, radiance: np.ndarray) -> tuple[np.ndarray, float]:
     """(display-encoded picture with this radiance in the mirrors' pixels, its FLIP against the truth)."""
     mask = judged.ray_map.covered()
     picture = judged.look.apply(placed(judged.truth.frame, mask, radiance))
@@ -161,7 +161,7 @@ def _times(runs: list[GpuBackend]) -> list[float]:
     return [times.ratio(i, 0) or 1.0 for i in range(len(runs))]
 
 
-def _pictures(judged: Judged, picture: np.ndarray, what: str) -> list[tuple[str, np.ndarray]]:
+def pictures_of(judged: Judged, picture: np.ndarray, what: str) -> list[tuple[str, np.ndarray]]:
     difference = difference_map(picture, judged.truth_picture, judged.ray_map.covered())
     return [(f"{what}: the truth", judged.truth_picture), (f"{what}: mirrored views", picture), (f"{what}: difference", difference)]
 

@@ -13,9 +13,10 @@ from ..core.snapshot import SceneSnapshot
 from .background import BACKGROUND
 from .counts import Counts
 from .fill import Fill, TextureCache
-from .levels import Levels, Seen
+from .level_targets import Seen
+from .levels import Levels
 from .raymap import RayMapPass
-from .resolve import MaterialTable
+from .resolve import MaterialTable, Resolve
 from .upload import triangle_batch
 from .virtual import Projector
 
@@ -85,13 +86,13 @@ class Answers:
                 groups.append(Group(asset, index, index, is_rough))
         return groups
 
-    def prepare(self, beside: str | None):
-        """Upload and compile everything now, seen or not."""
+    def prepare(self, beside: str | None, resolve: Resolve):
+        """Upload and compile everything now, seen or not. resolve: what makes light of answers."""
         for group in self._groups:
             self.fill(group.asset, beside, group.is_rough)
             if self._projects(group):
                 self.projector.prepare(group.asset, beside)
-        self.levels.prepare(beside)
+        self.levels.prepare(beside, resolve)
 
     def plan(self, camera: Camera, resolve, attenuates: bool):
         """What the next picture needs is decided, and cube maps that are due are drawn; see Levels.plan."""

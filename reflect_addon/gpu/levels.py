@@ -3,94 +3,67 @@
 The schedule (core/reflection_tree.py) says which views there are. Where a picture's ray map shows a planar mirror, the view of that mirror is drawn
 into its level's targets: the surfaces with what they send out, the rays of the reflectors among them, the answers to these (answers.py,
 which calls here for the next level), and what the reflectors make of the answers. Then the pixels of the mirror take the view's
-radiance and places over as their own ray's answer, and the targets are free for the next mirror of the level (Fig 3).
-Targets are as large as what is seen of their level's mirrors (core/map_size.py): deep in a row of mirrors they are small.
+radiance and places over as their own ray's answer (shown_mirrors.py), and the targets (level_targets.py) are free for the next mirror of the
+level (Fig 3).
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
-from ..core.map_size import targets_of
 from ..core.methods import recursive
+from ..core.mirror_series import branch, continued, rows_of
 from ..core.mirrors import ROUGHEST
 from ..core.reflection_passes import Passes, view_independent
-from ..core.reflection_tree import ROOT, Culling, Node, Tree, TreeSettings
+from ..core.reflection_tree import Culling, Node, Tree, TreeSettings
 from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .cube_maps import CubeMaps
 from .device import ensure
 from .fill import TextureCache
-from .glossy_mirrors import GlossyMirror
-from .level_programs import shown_in
 from .level_surfaces import LevelSurfaces
-from .program import Program, program
-from .resolve import MaterialTable
-from .targets import LevelTarget, RayMapTarget, ReflectionTarget
+from .level_targets import Level, LevelTargets, Seen
+from .mirror_series import MirrorSeries
+from .resolve import MaterialTable, Resolve
+from .shown_mirrors import ShownMirrors, near_plane
 from .view import View
-
-# Of the outline of a mirror's plane, and float32 steps of places: how far from the plane a point of the mirror may be.
-IN_PLANE, STEPS = 2e-3, 2.0**-20
-# Frames after which a target shrinks that need not be so large: a second or two of a camera that turns to and fro.
-PATIENCE = 100
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What a camera sees of the reflectors, and where its answers go."""
-
-    camera: Camera
-    rays: RayMapTarget
-    target: ReflectionTarget
-    window: tuple[int, int, int, int] | None = None  # (x, y, width, height) px: nothing outside it is touched; None: all
-    node: int = ROOT  # of the schedule; ROOT: the picture itself
-    corner: tuple[int, int] = (0, 0)  # px of the schedule's picture where this one's pixel (0, 0) is
-
-
-class Level:
-    """The targets of one depth of recursion. beside: what stands in its reflection buffer beside radiance."""
-
-    def __init__(self, size: tuple[int, int], beside: str | None, counts: Counts):
-        self.size, self.beside, (width, height) = size, beside, size
-        self.picture = LevelTarget(width, height, counts)
-        self.rays = RayMapTarget(width, height, counts)
-        self.answers = ReflectionTarget(width, height, beside, counts, depth=True)
-        self.bytes = self.picture.bytes + self.rays.bytes + self.answers.bytes
 
 
 class Levels:
     """The mirrored views of a renderer."""
 
     def __init__(self, counts: Counts, textures: TextureCache, batch, most_rays: int):
-        self.counts, self._batch, self.view, self._textures, self._most_rays = counts, batch, View(), textures, most_rays
-        self._glossy: dict[tuple[int, str | None], GlossyMirror] = {}  # by asset and what stands beside radiance
+        self.counts, self._batch, self.view = counts, batch, View()
+        self.shown = ShownMirrors(counts, textures, batch, most_rays)
+        self._series = MirrorSeries(counts, textures, batch)
         self._surfaces = LevelSurfaces(counts, textures, batch)
-        self._levels: dict[int, Level] = {}  # by depth
-        self._whole = (0, 0)  # px of the picture that the levels were made for
-        self._spare: dict[int, int] = {}  # by depth, frames in a row that needed no target as large
+        self.targets = LevelTargets(counts)
         self._planes: tuple = ()
         self._looked_for: tuple | None = None  # what mirrors were looked for in, and those found
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
         self.maps = CubeMaps(counts, textures)
+        self.continues = True  # mirrors beyond the last level through the branch's pictures; False: distance maps, to measure against
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
         self.passes: Passes | None = None  # of the last frame
 
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap, materials: MaterialTable):
         """Take another snapshot. Planes are looked for, and surfaces uploaded, where an asset asks for it."""
-        self._raymap, self._scene, self._materials = raymap, snapshot, materials
+        self._raymap, self._scene = raymap, snapshot
         own = [asset_of(assets, r) for r in snapshot.reflectors()]
         chosen = {i: asset for i, asset in enumerate(own) if asset is not None and asset.kind == recursive.NAME and surfaces is not None}
         self._planes, self._settings, self._assets = (), None, chosen
-        self._glossy = {key: made for key, made in self._glossy.items() if any(made.asset is asset for asset in chosen.values())}
+        self._series.keep_only(chosen.values())
+        self.shown.update(snapshot, chosen, materials)
         sky = next((recursive.sky_of(asset) for asset in chosen.values()), None)
         self._surfaces.update(snapshot, surfaces if chosen else None, sky)
         if not chosen:
-            self._levels, self.tree = {}, None
+            self.tree = None
+            self.targets.free()
             self.maps.free()
             return
         asked = [{**recursive.DEFAULTS, **asset.settings} for asset in chosen.values()]
@@ -127,18 +100,17 @@ class Levels:
         """Whether there are mirrors to be drawn."""
         return bool(self._planes or self.maps.curved)
 
-    def prepare(self, beside: str | None):
-        """Compile now."""
+    def prepare(self, beside: str | None, resolve: Resolve):
+        """Compile now. resolve: as for plan."""
         if self.draws:
             self._surfaces.prepare()
-            program(shown_in(beside), self.counts)
             self._surfaces.lamps.prepare(beside)
-            for plane in self._planes:
-                if plane.roughness[1] > 0:
-                    self._glossy_mirror(plane.reflector, beside).prepare()
+            self.shown.prepare(self._planes, beside)
+            if self._endless:
+                self._series.prepare(self._planes, self._assets, resolve, beside, self._surfaces.lamps)
         self.maps.prepare()
 
-    def plan(self, camera: Camera, resolve, attenuates: bool):
+    def plan(self, camera: Camera, resolve: Resolve, attenuates: bool):
         """The views of the next picture, and of the cube maps before it. resolve: what makes light of answers (resolve.py), which reads
         distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
@@ -148,7 +120,8 @@ class Levels:
             self.passes = view_independent(camera, self._planes, self.maps.curved, self._settings, remade, border=1)
             self.maps.make_room({*remade.values()})
             self.tree = self.passes.main
-            self._make_room(camera)
+            nodes = tuple(node for tree in self.passes.trees for node in tree.nodes)
+            self.targets.make_room((camera.width, camera.height), nodes, self._beside, self._settings.culling.size)
             self.counts.faces += len(self.passes.faces)
             for tree in self.passes.trees:
                 self.counts.views += len(tree.nodes)
@@ -180,14 +153,34 @@ class Levels:
             plane = self._planes[node.mirror]
             if plane.reflector in reflectors:
                 self._draw_view(index, node, answer)
-                self._take_over(node, seen)
+                self.shown.draw(plane, self._camera_of(node), self.targets[node.depth].picture, node, seen, self._per_metre())
                 drawn.add(plane.reflector)
+        if self._endless and self.continues:
+            drawn |= self._continue(seen, reflectors)
         for reflector in sorted(drawn):
             self._surfaces.lamps.draw(seen.rays, seen.target, reflector, self._per_metre(), bounds)
 
+    def _continue(self, seen: Seen, reflectors: range) -> set[int]:
+        """The mirrors among them without a view, by the pictures of the branch. Returns their reflectors."""
+        found = branch(self.tree, seen.node, self._planes)
+        ended = [one for one in continued(self.tree, seen.node, found) if self._planes[one.mirror].reflector in reflectors]
+        if ended:
+            pictures = [self._picture_of(self.tree.nodes[index]) for index in found.values()]
+            reach = 4.0 * (self._scene.diagonal() + float(np.linalg.norm(seen.camera.world_from_camera[:3, 3])))
+            for one in ended:
+                plane, own = self._planes[one.mirror], list(found).index(one.mirror)
+                self._series.draw(one.window, plane, pictures, own, seen, self._assets[plane.reflector], self._resolve, self._mirrors,
+                                  self._surfaces.lamps, self._per_metre(), reach)  # fmt: skip
+        return {self._planes[one.mirror].reflector for one in ended}
+
+    def _picture_of(self, node: Node) -> tuple[Level, np.ndarray]:
+        """A view that is being drawn, as a series reads it."""
+        camera, plane = self._camera_of(node), self._planes[node.mirror]
+        return self.targets[node.depth], rows_of(camera, plane, (0, 0, *node.drawn[2:]), near_plane(plane, camera))
+
     def _draw_view(self, index: int, node: Node, answer):
         """The picture of one view, into its level's targets."""
-        level, corner, window = self._levels[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
+        level, corner, window = self.targets[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
         camera = self._camera_of(node)
         self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer)
 
@@ -221,90 +214,26 @@ class Levels:
             gpu.state.blend_set("NONE")
         self.counts.passes += 1
 
-    def _take_over(self, node: Node, seen: Seen):
-        """The view's radiance and places, as answers to the rays of the mirror's pixels in the picture that shows it."""
-        gpu, target, plane = ensure(), seen.target, self._planes[node.mirror]
-        picture, (x, y, width, height) = self._levels[node.depth].picture, node.window
-        with target.framebuffer.bind():
-            target.framebuffer.viewport_set(0, 0, target.width, target.height)
-            gpu.state.blend_set("NONE")
-            gpu.state.depth_test_set("LESS")
-            gpu.state.depth_mask_set(True)
-            gpu.state.scissor_set(x - seen.corner[0], y - seen.corner[1], width, height)
-            gpu.state.scissor_test_set(True)
-            shader = self._rough(node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
-            size = float(np.linalg.norm(np.ptp(plane.outline, axis=0)))
-            reach = float(np.abs(plane.outline).max() + np.abs(seen.camera.world_from_camera[:3, 3]).max())
-            shader.set("plane_origin", (*plane.origin, IN_PLANE * size + STEPS * reach))
-            shader.set("plane_normal", (*plane.normal, plane.reflector))
-            shader.set("sizes_per_metre", self._per_metre())
-            shader.set("offset", tuple(node.finer * seen.corner[axis] - node.drawn[axis] for axis in (0, 1)))
-            shader.draw(self._batch)
-            gpu.state.scissor_test_set(False)
-            gpu.state.depth_mask_set(False)
-            gpu.state.depth_test_set("NONE")
-        self.counts.passes += 1
-
-    def _sharp(self, seen: Seen, picture: LevelTarget) -> Program:
-        """Pixel for pixel."""
-        shader = program(shown_in(seen.target.beside), self.counts)
-        shader.bind()
-        for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), seen.rays.textures, strict=False):
-            shader.image(name, texture)
-        shader.image("picture_tx", picture.color_tx)
-        shader.image("place_tx", picture.place_tx)
-        return shader
-
-    def _rough(self, node: Node, seen: Seen, picture: LevelTarget) -> Program:
-        """Ray by ray of each pixel's lobe."""
-        self.view.set(self._camera_of(node))
-        made = self._glossy_mirror(self._planes[node.mirror].reflector, seen.target.beside)
-        far = 4.0 * (self._scene.diagonal() + np.linalg.norm(node.camera.world_from_camera[:3, 3]))
-        window = (0, 0, *node.drawn[2:])
-        return made.bind(self.view, seen.rays, picture, self._materials, window, self._most_rays, self.view.footprint, far, node.finer)
-
-    def _glossy_mirror(self, reflector: int, beside: str | None) -> GlossyMirror:
-        asset = self._assets[reflector]
-        if (id(asset), beside) not in self._glossy:
-            self._glossy[id(asset), beside] = GlossyMirror(asset, beside, self._textures)
-        return self._glossy[id(asset), beside]
-
     def _camera_of(self, node: Node) -> Camera:
         """Of the part of a view that is drawn, as large as its target."""
-        return clear_of(node.camera, self._planes[node.mirror]).part(*node.drawn[:2], *self._levels[node.depth].size)
+        return clear_of(node.camera, self._planes[node.mirror]).part(*node.drawn[:2], *self.targets[node.depth].size)
 
     def _per_metre(self) -> float:
         """The unit of depth in reflection buffers: the scene's size."""
         return 1.0 / max(self._scene.diagonal(), 1e-30)
 
-    def _make_room(self, camera: Camera):
-        """Targets that hold every view of the frame, in sizes of core/map_size.py. They grow at once, and shrink or go only after PATIENCE
-        frames without need of them, so that a camera's move seldom makes new ones."""
-        whole = camera.width, camera.height
-        if whole != self._whole:
-            self._levels, self._whole, self._spare = {}, whole, {}
-        nodes = [node for tree in self.passes.trees for node in tree.nodes]
-        held = {depth: level.size for depth, level in self._levels.items()}
-        wanted = targets_of(nodes, whole, held, self._settings.culling.size)
-        for depth in wanted.keys() | held.keys():
-            size, before = wanted.get(depth, (0, 0)), held.get(depth, (0, 0))
-            larger = max(size[0], before[0]), max(size[1], before[1])
-            self._spare[depth] = self._spare.get(depth, 0) + 1 if size != larger else 0
-            size = larger if self._spare[depth] <= PATIENCE else size
-            if not any(size):
-                del self._levels[depth]
-            elif size != before or self._levels[depth].beside != self._beside:
-                self._levels[depth] = Level(size, self._beside, self.counts)
-
     def level_bytes(self) -> int:
         """Memory on the GPU of the targets, one set a level."""
-        return sum(level.bytes for level in self._levels.values())
+        return self.targets.bytes()
 
     def bytes(self) -> int:
         """Memory on the GPU: surfaces, levels, and what cube maps are made in."""
         return self._surfaces.bytes() + self.maps.targets_bytes() + self.level_bytes()
 
     def free(self):
-        self._levels, self._glossy, self._planes, self._mirrors, self.tree, self.passes = {}, {}, (), None, None, None
+        self._planes, self._mirrors, self.tree, self.passes = (), None, None, None
+        self.targets.free()
+        self.shown.free()
+        self._series.free()
         self.maps.free()
         self._surfaces.free()

@@ -21,7 +21,8 @@ from .counts import Counts
 from .device import ensure
 from .fill import TextureCache
 from .follow import Followed, Followers
-from .levels import Levels, Seen
+from .level_targets import Seen
+from .levels import Levels
 from .raymap import RayMapPass
 from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
 from .state import drawing_state
@@ -133,7 +134,7 @@ class Renderer:
     def prepare(self, overlay: bool = False):
         """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
         moves."""
-        self._answers.prepare(self._beside(False))
+        self._answers.prepare(self._beside(False), self._resolve)
         if self._answers.levels.draws:
             self._resolve.level_program()
         self._followers.prepare(self.surfaces)

@@ -176,7 +176,7 @@ class Resolve:
             shader.image("distance_tx", answer.distance_tx)
             shader.set("half_distance", self.half_distance)
 
-    def _reflectance(self) -> tuple[str, str]:
+    def reflectance_parts(self) -> tuple[str, str]:
         """(GLSL functions, GLSL that sets `reflectance` and `opacity` from cosine, base, tint, weight)."""
         options = {"has_metal": self.plan.has_metal, "has_dielectric": self.plan.has_dielectric}
         recorded = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
@@ -194,22 +194,16 @@ class Resolve:
 
     def _shared(self):
         """(generated includes, uniforms, samplers) that every resolve shader has."""
-        source, reflectance_call = self._reflectance()
+        source, reflectance_call = self.reflectance_parts()
         sources, attenuation_call = [source], ""
         samplers = [("FLOAT_2D", n) for n in ("origin_tx", "material_tx")]
         samplers += [("FLOAT_2D", "radiance_tx"), ("FLOAT_2D", "materials_tx")]
         uniforms = []
         if self.plan.attenuation:
-            fade = emit_glsl(
-                record_function(shading.attenuation, shading.ATTENUATION_INPUTS), ("attenuation",), "attenuation_at"
-            )
-            sources.append(fade.source)
+            fade, attenuation_call = fade_parts("texelFetch(distance_tx, pixel, 0).r", "resolved.radiance")
+            sources.append(fade)
             samplers.append(("FLOAT_2D", "distance_tx"))
             uniforms.append(("FLOAT", "half_distance"))
-            attenuation_call = (
-                call_text(fade, {"distance": "texelFetch(distance_tx, pixel, 0).r", "half_distance": "half_distance"})
-                + "  resolved.radiance *= attenuation;\n"
-            )
         generated = (
             ("shading", "\n".join(sources)),
             ("reflectance_call", reflectance_call),
@@ -275,3 +269,9 @@ class Resolve:
             outputs=(("VEC4", "overlay_out"),),
             generated=generated + (("look", include),),
         )
+
+
+def fade_parts(distance: str, faded: str) -> tuple[str, str]:
+    """(GLSL function, GLSL that fades a radiance by its distance and the uniform half_distance)."""
+    fade = emit_glsl(record_function(shading.attenuation, shading.ATTENUATION_INPUTS), ("attenuation",), "attenuation_at")
+    return fade.source, call_text(fade, {"distance": distance, "half_distance": "half_distance"}) + f"  {faded} *= attenuation;\n"

@@ -25,7 +25,7 @@ class Lamps:
         self.counts, self.rows, self.bytes, self._programs = counts, rows, 0, {}
         if not len(rows):
             return
-        self._texture = texture_from("virtual lamps", rows, counts, "RGBA32F")
+        self.texture = texture_from("virtual lamps", rows, counts, "RGBA32F")
         gpu = ensure()
         format = gpu.types.GPUVertFormat()
         format.attr_add(id="corner", comp_type="F32", len=3, fetch_mode="FLOAT")
@@ -58,7 +58,7 @@ class Lamps:
                 shader.set("reflector", (reflector, sizes_per_metre))
                 for name, texture in zip(RAYS[:2], rays.textures, strict=False):
                     shader.image(name, texture)
-                shader.image("lamps_buf", self._texture)
+                shader.image("lamps_buf", self.texture)
                 shader.draw(self._batch)
                 self.counts.draws += 1
             gpu.state.blend_set("NONE")

@@ -86,7 +86,7 @@ def test_sharp_mirrors_cost_what_they_did(device):
     """No program of a lobe, no pass more, a window no wider."""
     sharp, rough = renderer_of(floor_and_leg(0.0)), renderer_of(floor_and_leg(0.2))
     sharp.prepare(), rough.prepare()
-    assert not sharp._answers.levels._glossy and rough._answers.levels._glossy
+    assert not sharp._answers.levels.shown.glossy and rough._answers.levels.shown.glossy
     counts = []
     for renderer in (sharp, rough):
         renderer.picture(CAMERA)

@@ -139,7 +139,7 @@ def test_one_set_of_targets_a_level(device):
         renderer = renderer_of(baked(scene, depth=1))
         renderer.picture(hand_scenes.camera((1.2, -1.4, 1.2), (-0.6, 1.0, 0.8), (128, 96), fov=1.3))
         views = renderer.mirrored_views
-        sizes[name] = len(views.nodes), renderer.counts()["allocations"], len(renderer._answers.levels._levels)
+        sizes[name] = len(views.nodes), renderer.counts()["allocations"], len(renderer._answers.levels.targets.by_depth)
         renderer.free()
     assert sizes["five"][0] >= 4 and sizes["five"][1:] == sizes["one"][1:] and sizes["one"][2] == 1
 
@@ -148,7 +148,7 @@ def test_targets_are_as_large_as_what_is_seen(device):
     """Deep in a row of mirrors that face each other little is; and what is shown is the same, to the pixel."""
     renderer = renderer_of(baked(two_mirrors(), depth=6))
     picture = renderer.picture(CAMERA)
-    levels = renderer._answers.levels._levels
+    levels = renderer._answers.levels.targets.by_depth
     assert len(levels) == renderer.mirrored_views.levels > 2
     assert levels[max(levels)].bytes < 0.5 * levels[1].bytes
     fresh = renderer_of(baked(two_mirrors(), depth=6))  # whose targets were larger before

@@ -1,0 +1,99 @@
+"""A view's picture becomes its mirror's answer: the pixels of the mirror take the view's radiance and places over, in the picture that shows it.
+
+Sharp mirrors pixel for pixel, rough ones ray by ray of each pixel's lobe (glossy_mirrors.py).
+"""
+
+import numpy as np
+
+from ..core.asset import Asset
+from ..core.mirror_planes import MirrorPlane
+from ..core.snapshot import SceneSnapshot
+from .counts import Counts
+from .device import ensure
+from .fill import TextureCache
+from .glossy_mirrors import GlossyMirror
+from .level_programs import shown_in
+from .level_targets import Seen
+from .program import Program, program
+from .resolve import MaterialTable
+from .targets import LevelTarget
+from .view import View
+
+# Of the outline of a mirror's plane, and float32 steps of places: how far from the plane a point of the mirror may be.
+IN_PLANE, STEPS = 2e-3, 2.0**-20
+
+
+def near_plane(plane: MirrorPlane, camera) -> float:
+    """m from the plane that a point of the mirror may be, as a camera's ray map places it."""
+    size = float(np.linalg.norm(np.ptp(plane.outline, axis=0)))
+    return IN_PLANE * size + STEPS * float(np.abs(plane.outline).max() + np.abs(camera.world_from_camera[:3, 3]).max())
+
+
+class ShownMirrors:
+    """Of one renderer."""
+
+    def __init__(self, counts: Counts, textures: TextureCache, batch, most_rays: int):
+        self._counts, self._textures, self._batch, self._most_rays = counts, textures, batch, most_rays
+        self._view = View()
+        self.glossy: dict[tuple[int, str | None], GlossyMirror] = {}  # by asset and what stands beside radiance
+
+    def update(self, snapshot: SceneSnapshot, assets: dict[int, Asset], materials: MaterialTable):
+        """assets: by reflector, those that have mirrors."""
+        self._scene, self._assets, self._materials = snapshot, assets, materials
+        self.glossy = {key: made for key, made in self.glossy.items() if any(made.asset is asset for asset in assets.values())}
+
+    def prepare(self, planes: tuple[MirrorPlane, ...], beside: str | None):
+        """Compile now."""
+        program(shown_in(beside), self._counts)
+        for plane in planes:
+            if plane.roughness[1] > 0:
+                self._glossy_mirror(plane.reflector, beside).prepare()
+
+    def draw(self, plane: MirrorPlane, camera, picture: LevelTarget, node, seen: Seen, per_metre: float):
+        """The view's radiance and places, as answers to the rays of the mirror's pixels in the picture that shows it. camera: of the view's picture;
+        per_metre: unit of depth in reflection buffers."""
+        gpu, target, (x, y, width, height) = ensure(), seen.target, node.window
+        with target.framebuffer.bind():
+            target.framebuffer.viewport_set(0, 0, target.width, target.height)
+            gpu.state.blend_set("NONE")
+            gpu.state.depth_test_set("LESS")
+            gpu.state.depth_mask_set(True)
+            gpu.state.scissor_set(x - seen.corner[0], y - seen.corner[1], width, height)
+            gpu.state.scissor_test_set(True)
+            shader = self._rough(plane, camera, node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
+            shader.set("plane_origin", (*plane.origin, near_plane(plane, seen.camera)))
+            shader.set("plane_normal", (*plane.normal, plane.reflector))
+            shader.set("sizes_per_metre", per_metre)
+            shader.set("offset", tuple(node.finer * seen.corner[axis] - node.drawn[axis] for axis in (0, 1)))
+            shader.draw(self._batch)
+            gpu.state.scissor_test_set(False)
+            gpu.state.depth_mask_set(False)
+            gpu.state.depth_test_set("NONE")
+        self._counts.passes += 1
+
+    def _sharp(self, seen: Seen, picture: LevelTarget) -> Program:
+        """Pixel for pixel."""
+        shader = program(shown_in(seen.target.beside), self._counts)
+        shader.bind()
+        for name, texture in zip(("origin_tx", "direction_tx", "normal_tx"), seen.rays.textures, strict=False):
+            shader.image(name, texture)
+        shader.image("picture_tx", picture.color_tx)
+        shader.image("place_tx", picture.place_tx)
+        return shader
+
+    def _rough(self, plane: MirrorPlane, camera, node, seen: Seen, picture: LevelTarget) -> Program:
+        """Ray by ray of each pixel's lobe."""
+        self._view.set(camera)
+        made = self._glossy_mirror(plane.reflector, seen.target.beside)
+        far = 4.0 * (self._scene.diagonal() + np.linalg.norm(node.camera.world_from_camera[:3, 3]))
+        window = (0, 0, *node.drawn[2:])
+        return made.bind(self._view, seen.rays, picture, self._materials, window, self._most_rays, self._view.footprint, far, node.finer)
+
+    def _glossy_mirror(self, reflector: int, beside: str | None) -> GlossyMirror:
+        asset = self._assets[reflector]
+        if (id(asset), beside) not in self.glossy:
+            self.glossy[id(asset), beside] = GlossyMirror(asset, beside, self._textures)
+        return self.glossy[id(asset), beside]
+
+    def free(self):
+        self.glossy = {}
