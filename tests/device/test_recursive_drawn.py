@@ -224,9 +224,9 @@ def test_virtual_objects_in_a_mirrored_view(device):
 
 def test_targets_do_not_pop_and_are_given_back(device, monkeypatch):
     """A camera that sways makes no new ones once it has been everywhere; one that stays away lets go of them."""
-    from reflect_addon.gpu import levels
+    from reflect_addon.gpu import level_targets
 
-    monkeypatch.setattr(levels, "PATIENCE", 5)
+    monkeypatch.setattr(level_targets, "PATIENCE", 5)
     renderer = renderer_of(baked(two_mirrors(), depth=3))
     made = []
     for frame in range(16):
