@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reflect_addon.evaluation import bench, bench_nielsen_culling, bench_nielsen_curved, bench_nielsen_draw, bench_nielsen_maps, bench_nielsen_motion
+from reflect_addon.evaluation import (
+    bench,
+    bench_nielsen_culling,
+    bench_nielsen_curved,
+    bench_nielsen_draw,
+    bench_nielsen_maps,
+    bench_nielsen_motion,
+)
 from reflect_addon.evaluation.bench_nielsen_drawn import drawn
 
 
