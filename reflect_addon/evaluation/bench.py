@@ -29,6 +29,7 @@ from . import (
     bench_nielsen_maps,
     bench_nielsen_motion,
     bench_nielsen_planar,
+    bench_nielsen_stable,
     bench_popescu,
     bench_srdm,
     bench_yu,
@@ -49,6 +50,7 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
     "nielsen": (
         bench_nielsen_counts.measure, bench_nielsen_planar.measure, bench_nielsen_draw.measure, bench_nielsen_motion.measure,
         bench_nielsen_curved.measure, bench_nielsen_maps.measure, bench_nielsen_glossy.measure, bench_nielsen_endless.measure,
+        bench_nielsen_stable.measure,
     ),
     "estalella": (
         bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,

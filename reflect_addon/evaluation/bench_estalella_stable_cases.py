@@ -5,12 +5,13 @@ one that pokes into it; boxes on the line from the eye to the middle, before it 
 scaled, and moved off by the same share.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..core.camera import Camera
-from ..core.snapshot import SceneSnapshot
+from ..core.snapshot import Mesh, SceneSnapshot
 from .stability_scene import MATTE, MIRROR, Shape, ball, box, broken, grid, scene_of, torus
 
 PIXELS = 64
@@ -95,15 +96,18 @@ def camera(eye: np.ndarray, target: np.ndarray, size: float, tall: float | None 
     return Camera(world, clip, PIXELS, PIXELS)
 
 
-def smooth(scene: SceneSnapshot) -> SceneSnapshot:
-    """The same with the first object's corner normals the means of those around its vertices, as far as there are any."""
-    mesh = scene.meshes[0]
+def smooth(scene: SceneSnapshot, which: Collection[int] = (0,)) -> SceneSnapshot:
+    """The same with corner normals of these meshes the means of those around their vertices, as far as there are any."""
+    return replace(scene, meshes=tuple(_smooth(mesh) if index in which else mesh for index, mesh in enumerate(scene.meshes)))
+
+
+def _smooth(mesh: Mesh) -> Mesh:
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     total = np.zeros((len(mesh.positions), 3))
     np.add.at(total, mesh.triangles, normal[:, None])
     total /= np.maximum(np.linalg.norm(total, axis=-1, keepdims=True), 1e-300)
-    return replace(scene, meshes=(replace(mesh, corner_normals=total[mesh.triangles].astype(np.float32)), *scene.meshes[1:]))
+    return replace(mesh, corner_normals=total[mesh.triangles].astype(np.float32))
 
 
 def bevelled(bevel: float, steps: int = 4) -> Shape:
