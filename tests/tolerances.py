@@ -286,6 +286,7 @@ SCALE_DRAWN = 0.02
 MIRRORED_PIXEL = 1e-6
 # ... entries of poses and clip matrices about 5 from the origin, mirrored twice ...
 MIRRORED_POSE = 1e-12
+FRONTAL_PIXEL = 0.05  # a pixel's size of a frontal view, found at corners of what is seen and there at a tenth of the way to the middle
 # ... and a far distance found again after eight mirrors, relative: each solves the leaning plane once (1e-13 measured).
 MIRRORED_DEPTH = 1e-9
 # core/mirror_planes.py: meshes are float32 about their own origin, relative to their size (4e-8 to 2e-7 measured).

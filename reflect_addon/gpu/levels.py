@@ -31,6 +31,7 @@ from .program import Program, program
 from .resolve import MaterialTable
 from .targets import LevelTarget, RayMapTarget, ReflectionTarget
 from .view import View
+from .viewport_views import ViewportViews
 
 # Of the outline of a mirror's plane, and float32 steps of places: how far from the plane a point of the mirror may be.
 IN_PLANE, STEPS = 2e-3, 2.0**-20
@@ -76,6 +77,7 @@ class Levels:
         self._mirrors: MaterialTable | None = None
         self.maps = CubeMaps(counts, textures)
         self.culling = Culling()
+        self.viewport: ViewportViews | None = None  # of the 3D view that is drawn, where its shading is what mirrors show
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
         self.passes: Passes | None = None  # of the last frame
 
@@ -147,6 +149,8 @@ class Levels:
             )
             self.tree = self.passes.main
             self._make_room(camera)
+            if self.viewport is not None:
+                self.viewport.want(self.tree, self._planes)
             self.counts.faces += len(self.passes.faces)
             for tree in self.passes.trees:
                 self.counts.views += len(tree.nodes)
@@ -194,12 +198,16 @@ class Levels:
         self._view.set(camera)
         level.picture.clear(window)
         self._surfaces.draw(self._view, camera, level.picture, window, hidden)
-        last = depth >= self._settings.depth and not self._endless
-        if last or not self._raymap.any_seen(camera, window):
-            return
-        self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
-        answer(seen)
-        self._light(level, window)
+        reflects = self._raymap.any_seen(camera, window)
+        live = self.viewport is not None and self.tree is self.passes.main and self.viewport.has(self.tree.nodes[seen.node].path)
+        answers = reflects and (depth < self._settings.depth or self._endless)
+        if answers or reflects and live:
+            self._raymap.draw(self._view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden)
+        if live:
+            self.viewport.put(self.tree.nodes[seen.node].path, level.picture, window, level.rays if reflects else None)
+        if answers:
+            answer(seen)
+            self._light(level, window)
 
     def _light(self, level: Level, window):
         """Adds what the reflectors of a view make of their answers."""
