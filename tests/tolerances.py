@@ -324,3 +324,9 @@ MAP_HALF = 4e-3
 MAP_SETTLED = 1e-2
 # ... and the median error where something is met, over that of look-ups by direction alone (0.79 measured; of it surface radiance is a half).
 MAP_PLACED = 0.9
+# gpu/viewport_views.py: hues of flat colours, half floats twice and a blend of neighbours ...
+VIEWPORT_COLOR = 0.02
+# ... share of pixels at the edges of things, in pictures of 128 x 96 with a mirror in a mirror (0.067 measured) ...
+VIEWPORT_EDGE = 0.12
+# ... and the same where the picture was drawn from 5 cm beside (0.071 measured).
+VIEWPORT_LATE = 0.2
