@@ -286,6 +286,7 @@ SCALE_DRAWN = 0.02
 MIRRORED_PIXEL = 1e-6
 # ... entries of poses and clip matrices about 5 from the origin, mirrored twice ...
 MIRRORED_POSE = 1e-12
+FRONTAL_PIXEL = 0.05  # a pixel's size of a frontal view, found at corners of what is seen and there at a tenth of the way to the middle
 # ... and a far distance found again after eight mirrors, relative: each solves the leaning plane once (1e-13 measured).
 MIRRORED_DEPTH = 1e-9
 # core/mirror_planes.py: meshes are float32 about their own origin, relative to their size (4e-8 to 2e-7 measured).
@@ -339,3 +340,9 @@ GLOSSY_FINER = 0.7
 # Mirrors beyond the last level: difference to a picture five levels deeper over that of distance maps (measured: see docs/decisions.md), of which
 # single pixels beside outlines are all.
 SERIES_OVER_MAPS = 0.5
+# gpu/viewport_views.py: hues of flat colours, half floats twice and a blend of neighbours ...
+VIEWPORT_COLOR = 0.02
+# ... share of pixels at the edges of things, in pictures of 128 x 96 with a mirror in a mirror (0.067 measured) ...
+VIEWPORT_EDGE = 0.12
+# ... and the same where the picture was drawn from 5 cm beside (0.071 measured).
+VIEWPORT_LATE = 0.2

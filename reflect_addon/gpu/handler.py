@@ -1,4 +1,5 @@
-"""The viewport: a POST_VIEW callback that only draws, and the app handlers that say when the scene changed.
+"""The viewport: a POST_VIEW callback that only draws, a POST_PIXEL one for what Blender draws into our mirrors (viewport_views.py), and the
+app handlers that say when the scene changed.
 
 App handlers mark sessions dirty and start a timer; the timer walks the scene (bpy may not be written to, nor the
 depsgraph walked, while drawing); the callback uploads what the timer brought, once, and otherwise only draws.
@@ -13,12 +14,13 @@ from ..core.background import background_of
 from ..scene.camera import viewport_camera
 from . import session as viewport_session
 from .program import forget_programs
+from .viewport_views import ViewportViews, is_drawing, shading_of, why_not
 
 # Blender's own depth of the same surface was computed with other roundings: 1e-7 (Solid) to 3e-4 behind (EEVEE).
 DEPTH_BIAS = 1e-5
 _DELAY = 0.05  # s between a change and the walk: a drag sends a change per frame
 
-_handle = None
+_handles: list = []
 _background_in: dict[int, bool] = {}  # viewport's address -> whether its background was drawn from assets
 
 
@@ -37,11 +39,37 @@ def draw(context) -> bool:
         if renderer is not None and context.region.width > 0 and context.region.height > 0:
             camera = viewport_camera(context.region, context.region_data)
             behind = background_of(renderer.assets, renderer.snapshot, camera) if found.background else None
+            renderer.mirrors.viewport = _views_of(found, context)
             renderer.draw_overlay(camera, DEPTH_BIAS, behind)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
-        found.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
-        traceback.print_exc()
+        _give_up(found, error)
     return behind is not None
+
+
+def _give_up(found, error: Exception):
+    found.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
+    traceback.print_exc()
+
+
+def _views_of(found, context) -> ViewportViews | None:
+    """The pictures of this 3D view that mirrors show, told what they depend on; None where mirrors show surface radiance."""
+    if not found.mirrors_viewport:
+        found.keep_views(())
+        return None
+    if why_not(context.space_data, context.region_data, context.scene.render.engine):
+        return None
+    found.keep_views(region.as_pointer() for _area, region in _viewports())
+    views = found.views.setdefault(context.region.as_pointer(), ViewportViews())
+    views.state = found.walks, shading_of(context.space_data)
+    return views
+
+
+def _viewports():
+    """(area, region) of every 3D view's picture."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                yield from ((area, region) for region in area.regions if region.type == "WINDOW")
 
 
 def has_surfaces(space) -> bool:
@@ -52,11 +80,24 @@ def has_surfaces(space) -> bool:
 
 
 def _on_draw():
-    if has_surfaces(bpy.context.space_data):
+    if not is_drawing() and has_surfaces(bpy.context.space_data):
         _tell_panels(bpy.context.area, draw(bpy.context))
         found = viewport_session.session(bpy.context.scene.name)
         if found is not None and found.unsettled:
             refresh_soon()
+
+
+def _on_drawn():
+    """Blender has drawn a 3D view: now it may draw what the view's mirrors show."""
+    context = bpy.context
+    found = viewport_session.session(context.scene.name)
+    views = found.views.get(context.region.as_pointer()) if found is not None and not found.message else None
+    if views is None or is_drawing():
+        return
+    try:
+        views.draw(context.scene, context.view_layer, context.space_data, context.region)
+    except Exception as error:  # as in draw
+        _give_up(found, error)
 
 
 def _tell_panels(area, background: bool):
@@ -71,10 +112,8 @@ def _tell_panels(area, background: bool):
 def _refresh():
     # Not `or`: every session is to be refreshed.
     if any([s.refresh() | s.unsettled for s in viewport_session.sessions()]):
-        for window in bpy.context.window_manager.windows:
-            for area in window.screen.areas:
-                if area.type == "VIEW_3D":
-                    area.tag_redraw()
+        for area, _region in _viewports():
+            area.tag_redraw()
 
 
 def refresh_soon():
@@ -114,19 +153,17 @@ _APP_HANDLERS = (
 
 
 def register():
-    global _handle
-    if _handle is None:
-        _handle = bpy.types.SpaceView3D.draw_handler_add(_on_draw, (), "WINDOW", "POST_VIEW")
+    if not _handles:
+        for callback, when in ((_on_draw, "POST_VIEW"), (_on_drawn, "POST_PIXEL")):
+            _handles.append(bpy.types.SpaceView3D.draw_handler_add(callback, (), "WINDOW", when))
     for handlers, function in _APP_HANDLERS:
         if function not in handlers:
             handlers.append(function)
 
 
 def unregister():
-    global _handle
-    if _handle is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
-        _handle = None
+    while _handles:
+        bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), "WINDOW")
     for handlers, function in _APP_HANDLERS:
         if function in handlers:
             handlers.remove(function)

@@ -31,6 +31,7 @@ from .mirror_series import MirrorSeries
 from .resolve import MaterialTable, Resolve
 from .shown_mirrors import ShownMirrors, near_plane
 from .view import View
+from .viewport_views import ViewportViews
 
 
 class Levels:
@@ -48,6 +49,7 @@ class Levels:
         self._mirrors: MaterialTable | None = None
         self.maps = CubeMaps(counts, textures)
         self.continues = True  # mirrors beyond the last level through the branch's pictures; False: distance maps, to measure against
+        self.viewport: ViewportViews | None = None  # of the 3D view that is drawn, where its shading is what mirrors show
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
         self.passes: Passes | None = None  # of the last frame
 
@@ -122,6 +124,8 @@ class Levels:
             self.tree = self.passes.main
             nodes = tuple(node for tree in self.passes.trees for node in tree.nodes)
             self.targets.make_room((camera.width, camera.height), nodes, self._beside, self._settings.culling.size)
+            if self.viewport is not None:
+                self.viewport.want(self.tree, self._planes)
             self.counts.faces += len(self.passes.faces)
             for tree in self.passes.trees:
                 self.counts.views += len(tree.nodes)
@@ -189,13 +193,17 @@ class Levels:
         self.view.set(camera)
         level.picture.clear(window)
         self._surfaces.draw(self.view, camera, level.picture, window, hidden, self._settings.culling.frustum)
-        last = depth >= self._settings.depth and not self._endless
-        if last or not self._raymap.any_seen(camera, window):
-            return
-        within = camera if self._settings.culling.frustum else None
-        self._raymap.draw(self.view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden, within=within)
-        answer(seen)
-        self._light(level, window)
+        reflects = self._raymap.any_seen(camera, window)
+        live = self.viewport is not None and self.tree is self.passes.main and self.viewport.has(self.tree.nodes[seen.node].path)
+        answers = reflects and (depth < self._settings.depth or self._endless)
+        if answers or reflects and live:
+            within = camera if self._settings.culling.frustum else None
+            self._raymap.draw(self.view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden, within=within)
+        if live:
+            self.viewport.put(self.tree.nodes[seen.node].path, level.picture, window, level.rays if reflects else None)
+        if answers:
+            answer(seen)
+            self._light(level, window)
 
     def _light(self, level: Level, window):
         """Adds what the reflectors of a view make of their answers."""

@@ -12,6 +12,7 @@ from ..core.errors import ReflectError
 from ..core.look import Look
 from ..core.snapshot import SceneSnapshot
 from .renderer import Renderer, registered_kernel
+from .viewport_views import ViewportViews
 
 
 @dataclass
@@ -24,6 +25,8 @@ class ViewportSession:
     surfaces: Asset | None = None  # the scene's surface radiance, where it was baked
     method: str = ""  # "" = off
     attenuation: float | None = None  # half distance, m
+    mirrors_viewport: bool = False  # planar mirrors show the viewport's own shading, where they can
+    views: dict[int, ViewportViews] = field(default_factory=dict)  # by the address of a 3D view's region: what its mirrors show of it
     background: bool = False  # draw the background from the assets, too, where one holds the view's eye
     kernel: Callable[[str], Callable] = registered_kernel
     dirty: bool = True  # the scene changed since the last refresh
@@ -82,11 +85,20 @@ class ViewportSession:
 
     @property
     def unsettled(self) -> bool:
-        """Whether the next picture would show more than the last one, though nothing moves: cube maps that are due."""
-        return bool(self.method) and not self.message and self._renderer is not None and not self._renderer.settled
+        """Whether the next picture would show more than the last one, though nothing moves: cube maps and viewports' pictures that are
+        due."""
+        if not self.method or self.message or self._renderer is None:
+            return False
+        return not self._renderer.settled or any(not views.settled for views in self.views.values())
+
+    def keep_views(self, regions):
+        """Let go of the pictures of all 3D views but those at these addresses. Only where drawing is allowed."""
+        for gone in self.views.keys() - set(regions):
+            self.views.pop(gone).free()
 
     def free(self):
         """Let go of the GPU's memory; the next refresh starts anew."""
+        self.keep_views(())
         if self._renderer is not None:
             self._renderer.free()
         self._renderer, self._pending, self.dirty = None, None, True

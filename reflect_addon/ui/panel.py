@@ -9,6 +9,7 @@ from ..core.settings import of as setting_of
 from ..ops import bake
 from ..scene import live
 from ..scene.camera import viewport_camera
+from . import mirror_source
 from .map_preview import icon_of
 
 LISTED = 12  # reflectors named in the panel; a scene may have thousands
@@ -88,6 +89,7 @@ class REFLECT_PT_settings(_Tab, bpy.types.Panel):
             row.operator("reflect.focus_here", text="", icon="EYEDROPPER")
         if can_show(settings.method):
             layout.prop(settings, "background")
+        mirror_source.field(layout, settings)
 
 
 class REFLECT_PT_advanced(_Tab, bpy.types.Panel):
@@ -179,6 +181,7 @@ def _warnings(context, state):
     if state.other_settings:
         yield f"{_names(state.other_settings)} was baked with other settings than these. Bake again to use these."
     yield from _without_background(context, state)
+    yield from mirror_source.warnings(context)
     space = context.space_data
     if space.shading.type in {"MATERIAL", "RENDERED"} and not space.overlay.show_overlays:
         yield "Overlays are off: EEVEE then keeps no depth and reflections cannot be drawn. Switch overlays on."

@@ -6,6 +6,7 @@ import bpy
 
 from ..core import methods
 from ..scene import live
+from . import mirror_source
 from .method_settings import GROUPS, values_of
 
 OFF = ("OFF", "Off", "Show no reflections of Reflect's", 0)
@@ -62,6 +63,13 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         name="Background",
         description="Show all that is behind the reflectors from the light field, too, in place of the viewport's own shading. "
         "For views from inside its cell",
+        update=_look_changed,
+    )
+    source: bpy.props.EnumProperty(
+        name="Mirrors Show",
+        description="What planar mirrors show of surfaces. Needs no other bake",
+        items=mirror_source.ITEMS,
+        default="SURFACES",
         update=_look_changed,
     )
     focus_distance: bpy.props.FloatProperty(

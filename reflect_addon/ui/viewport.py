@@ -9,6 +9,7 @@ import bpy
 from ..gpu import handler, session
 from ..scene import live
 from ..scene.look import read_look
+from . import mirror_source
 
 
 def register() -> None:
@@ -36,6 +37,7 @@ def _display(scene: bpy.types.Scene, state: live.Live) -> None:
         session.set_session(scene.name, found)
     found.attenuation = scene.reflect.half_distance or None
     found.background = scene.reflect.background
+    found.mirrors_viewport = mirror_source.is_viewport(scene.reflect)
     others = found.shows_others(state.method, joined)
     found.set_assets(state.method, joined, state.surfaces)
     state.draw_error = lambda: found.message
