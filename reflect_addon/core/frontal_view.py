@@ -1,8 +1,8 @@
 """A planar mirror's view for a renderer that is not ours: a plain camera that looks straight at the mirror from behind.
 
 Problem. The viewport's engines draw any rigid camera with a plain projection. A mirrored view (mirrored_view.py) is no such: its near plane
-leans, and an engine that takes near and far distances from the matrix then lights wrongly (EEVEE loses shadows, Workbench its view vector,
-Blender 5.2.3); with the near plane upright, what is behind the mirror hides all that is before it. And a picture that swaps left and
+leans, and an engine that takes near and far distances from the matrix then shades wrongly (in a floor Workbench is darker, EEVEE lacks a
+part of its light: Blender 5.2.3); with the near plane upright, what is behind the mirror hides all that is before it. And a picture that swaps left and
 right turns faces inside out.
 Idea. From the same eye, looked at along the mirror's normal, the mirror is a window that is parallel to the picture: the off-centre frustum
 through it [Kooima 2009, "Generalized perspective projection"] has its upright near plane in the mirror. What is seen depends on the eye

@@ -12,9 +12,10 @@ from bpy.app.handlers import persistent
 
 from ..core.background import background_of
 from ..scene.camera import viewport_camera
+from ..scene.viewport_source import shading_of, why_not
 from . import session as viewport_session
 from .program import forget_programs
-from .viewport_views import ViewportViews, is_drawing, shading_of, why_not
+from .viewport_views import ViewportViews, is_drawing
 
 # Blender's own depth of the same surface was computed with other roundings: 1e-7 (Solid) to 3e-4 behind (EEVEE).
 DEPTH_BIAS = 1e-5

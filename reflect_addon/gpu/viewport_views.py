@@ -7,7 +7,7 @@ and look go on as they did, and a picture that was drawn from elsewhere a moment
 When. Blender draws no view inside of another: the draw manager is not re-entered. So a frame says what it wants (in POST_VIEW), the
 pictures are drawn when it is done (in POST_PIXEL), and the next frame shows them. What did not change is not drawn again, so all comes to rest.
 Limits. One frame late. The strongest VIEWS views only. All pictures are drawn in one offscreen, since an engine keeps hundreds of MB for each.
-What Blender cannot draw from a camera of ours (why_not) shows surface radiance.
+What Blender cannot draw from a camera of ours (scene/viewport_source.py) shows surface radiance.
 """
 
 from contextlib import contextmanager
@@ -32,8 +32,6 @@ from .upload import triangle_batch
 VIEWS = 4
 # s that pictures may take of a frame, after the first of them. Where one takes longer it waits until a frame asks what the last one did.
 BUDGET = 0.03
-# Engines whose rendered view draw_view3d draws; others (Cycles) need a window of their own.
-ENGINES = ("BLENDER_EEVEE", "BLENDER_WORKBENCH")
 
 COLOR = ProgramInfo(
     name="reflect_viewport_color",
@@ -57,23 +55,6 @@ _drawing = False
 def is_drawing() -> bool:
     """Whether Blender draws one of our pictures now: then nothing of ours draws."""
     return _drawing
-
-
-def why_not(space, region_data, engine: str) -> str:
-    """Why mirrors cannot show what this 3D view shades, as sentences; "" where they can. space, region_data: None without a window."""
-    if space is None or region_data is None:
-        return "Mirrors can show the viewport only in a 3D view of a window: elsewhere they show surface radiance."
-    if space.shading.type == "RENDERED" and engine not in ENGINES:
-        return "The render engine's view cannot be drawn from where a mirror sees: mirrors show surface radiance. Choose Material Preview."
-    if not region_data.is_perspective:
-        return "In an orthographic view mirrors show surface radiance. Switch to perspective to see the viewport in them."
-    return ""
-
-
-def shading_of(space) -> tuple:
-    """All that a 3D view's shading is set to, to be compared."""
-    values = {p.identifier: getattr(space.shading, p.identifier) for p in space.shading.bl_rna.properties if p.type not in {"POINTER", "COLLECTION"}}
-    return tuple((name, tuple(v) if hasattr(v, "foreach_get") else str(v)) for name, v in values.items())
 
 
 @contextmanager

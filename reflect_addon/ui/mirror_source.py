@@ -1,7 +1,7 @@
 """The panel's part of what planar mirrors show (gpu/viewport_views.py): a menu where the method draws mirrors, and why it may do nothing."""
 
 from ..core.methods import recursive
-from ..gpu.viewport_views import why_not
+from ..scene.viewport_source import why_not
 
 VIEWPORT = "VIEWPORT"
 ITEMS = (

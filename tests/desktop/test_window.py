@@ -1,4 +1,5 @@
-"""Artists' sessions in a real Blender window; see run_window.py, run_light_field.py, run_contact.py and run_virtual.py. Needs root and the blender-desktop tool."""
+"""Artists' sessions in a real Blender window; see run_window.py, run_light_field.py, run_contact.py, run_virtual.py and
+run_mirror_source.py. Needs root and the blender-desktop tool."""
 
 import json
 import os
@@ -70,3 +71,10 @@ def test_things_that_touch_and_move():
 @pytest.mark.desktop
 def test_virtual_objects_follow_what_moves():
     assert "05-back" in session("run_virtual", "contact.blend", "Suzanne matt")["steps"]
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_a_mirror_shows_the_viewport_live():
+    found = session("run_mirror_source", "contact.blend")
+    assert "07-surfaces-again" in found["steps"] and found["share"]["behind"] == 0

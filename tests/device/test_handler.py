@@ -151,7 +151,7 @@ def test_register_leaves_nothing_behind(fresh_file):
         handler.register()
         assert [len(x) for x in lists] == [len(x) + 1 for x in before]
         handler.unregister()
-        assert [list(x) for x in lists] == before and handler._handle is None
+        assert [list(x) for x in lists] == before and not handler._handles
 
 
 def test_scene_changes_mark_dirty(fresh_file):

@@ -157,7 +157,7 @@ def test_nothing_of_ours_draws_inside_and_what_raises_leaves_nothing(room, shown
 
 
 def test_where_there_is_no_viewport_a_sentence_says_so(room):
-    from reflect_addon.gpu.viewport_views import shading_of, why_not
+    from reflect_addon.scene.viewport_source import shading_of, why_not
 
     region_data = room.space.region_3d
     assert "window" in why_not(None, None, "CYCLES")
