@@ -8,6 +8,7 @@ level (Fig 3).
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -51,6 +52,7 @@ class Levels:
         self.continues = True  # mirrors beyond the last level through the branch's pictures; False: distance maps, to measure against
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
         self.passes: Passes | None = None  # of the last frame
+        self.triangles: Counter[int] = Counter()  # drawn of surfaces in the last frame, by depth
 
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap, materials: MaterialTable):
         """Take another snapshot. Planes are looked for, and surfaces uploaded, where an asset asks for it."""
@@ -61,7 +63,8 @@ class Levels:
         self._series.keep_only(chosen.values())
         self.shown.update(snapshot, chosen, materials)
         sky = next((recursive.sky_of(asset) for asset in chosen.values()), None)
-        self._surfaces.update(snapshot, surfaces if chosen else None, sky)
+        deep = any(int(asset.settings["depth"]) > 1 for asset in chosen.values())
+        self._surfaces.update(snapshot, surfaces if chosen else None, sky, deep)
         if not chosen:
             self.tree = None
             self.targets.free()
@@ -114,6 +117,7 @@ class Levels:
         distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
         self.tree = self.passes = None
+        self.triangles.clear()
         if self.draws:
             settings = replace(self._settings, culling=self.culling)
             self.passes = view_independent(
@@ -184,13 +188,16 @@ class Levels:
         """The picture of one view, into its level's targets."""
         level, corner, window = self.targets[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
         camera = self._camera_of(node)
-        self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer)
+        plane, near = self._planes[node.mirror], 0.0
+        if node.depth > 1 and self.culling.coarse_meshes:
+            near = abs(float((camera.world_from_camera[:3, 3] - plane.origin) @ plane.normal))
+        self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer, near=near)
 
-    def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = ""):
-        """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see."""
+    def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = "", near: float = 0.0):
+        """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see; near: see LevelSurfaces.draw."""
         self._view.set(camera)
         level.picture.clear(window)
-        self._surfaces.draw(self._view, camera, level.picture, window, hidden)
+        self.triangles[depth] += self._surfaces.draw(self._view, camera, level.picture, window, hidden, near)
         last = depth >= self._settings.depth and not self._endless
         if last or not self._raymap.any_seen(camera, window):
             return
