@@ -36,10 +36,11 @@ class Culling:
     energy: bool = True
     scissor: bool = True  # a view draws only the pixels where its mirror is seen
     size: bool = True  # a curved mirror's one view is as large as the mirror is seen
+    coarse_meshes: bool = True  # from the second level on surfaces have no more triangles than pixels show (coarse_surface.py)
 
 
-NOTHING_CULLED = Culling(False, False, False, False, False, False, False)
-BACK_FACES_ONLY = Culling(True, False, False, False, False, False, False)
+NOTHING_CULLED = Culling(False, False, False, False, False, False, False, False)
+BACK_FACES_ONLY = Culling(True, False, False, False, False, False, False, False)
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ def _culling(scenes: list[Mirrors]) -> list:
             "What the thresholds leave out, depth aside: mean radiance lost at most where everything reflected is 1, default settings; what "
             f"is deeper is {_said(deeper, '.2g')}.")
     )  # fmt: skip
-    for culling in fields(Culling):
+    for culling in (one for one in fields(Culling) if one.name != "coarse_meshes"):  # which culls triangles: bench_nielsen_endless.py
         off = [dependent(s, replace(Culling(), **{culling.name: False})) for s in scenes]
         without = [len(p.main.nodes) for p in off]
         more = [p.pixels / q.pixels for p, q in zip(off, best, strict=True)]

@@ -8,6 +8,7 @@ level (Fig 3).
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
+from collections import Counter
 from dataclasses import fields
 
 import numpy as np
@@ -52,6 +53,7 @@ class Levels:
         self.viewport: ViewportViews | None = None  # of the 3D view that is drawn, where its shading is what mirrors show
         self.tree: Tree | None = None  # of the picture that is being drawn, or was last
         self.passes: Passes | None = None  # of the last frame
+        self.triangles: Counter[int] = Counter()  # drawn of surfaces in the last frame, by depth
 
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap, materials: MaterialTable):
         """Take another snapshot. Planes are looked for, and surfaces uploaded, where an asset asks for it."""
@@ -62,7 +64,8 @@ class Levels:
         self._series.keep_only(chosen.values())
         self.shown.update(snapshot, chosen, materials)
         sky = next((recursive.sky_of(asset) for asset in chosen.values()), None)
-        self._surfaces.update(snapshot, surfaces if chosen else None, sky)
+        deep = any(int(asset.settings["depth"]) > 1 for asset in chosen.values())
+        self._surfaces.update(snapshot, surfaces if chosen else None, sky, deep)
         if not chosen:
             self.tree = None
             self.targets.free()
@@ -117,6 +120,7 @@ class Levels:
         distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
         self.tree = self.passes = None
+        self.triangles.clear()
         if self.draws:
             remade = self.maps.due(camera, self._settings.culling.size)
             self.passes = view_independent(camera, self._planes, self.maps.curved, self._settings, remade, border=1)
@@ -186,18 +190,22 @@ class Levels:
         """The picture of one view, into its level's targets."""
         level, corner, window = self.targets[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
         camera = self._camera_of(node)
-        self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer)
+        plane, near = self._planes[node.mirror], 0.0
+        if node.depth > 1 and self._settings.culling.coarse_meshes:
+            near = abs(float((camera.world_from_camera[:3, 3] - plane.origin) @ plane.normal))
+        self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer, near=near)
 
-    def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = ""):
-        """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see."""
+    def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = "", near: float = 0.0):
+        """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see; near: as LevelSurfaces.draw takes it."""
         self.view.set(camera)
         level.picture.clear(window)
-        self._surfaces.draw(self.view, camera, level.picture, window, hidden, self._settings.culling.frustum)
+        cull = self._settings.culling.frustum
+        self.triangles[depth] += self._surfaces.draw(self.view, camera, level.picture, window, hidden, near, cull)
         reflects = self._raymap.any_seen(camera, window)
         live = self.viewport is not None and self.tree is self.passes.main and self.viewport.has(self.tree.nodes[seen.node].path)
         answers = reflects and (depth < self._settings.depth or self._endless)
         if answers or reflects and live:
-            within = camera if self._settings.culling.frustum else None
+            within = camera if cull else None
             self._raymap.draw(self.view, level.rays, ensure(), window=window, in_mirrors=True, hidden=hidden, within=within)
         if live:
             self.viewport.put(self.tree.nodes[seen.node].path, level.picture, window, level.rays if reflects else None)

@@ -50,6 +50,7 @@ CULLING = {
     "scissor": ("Tight Scissor", "Draw of a view only the pixels where its mirror is seen, and of the scene only what may be seen there"),
     "size": ("Size by Area", "Make live cube maps as large as their reflectors are seen, Map Side at most, and memory for views as large as the "
              "mirrors are seen. Without it cube maps have Map Side and views the picture's size"),
+    "coarse_meshes": ("Coarse Deep Meshes", "Draw surfaces in mirrors in mirrors with no more triangles than their pixels show"),
 }  # fmt: skip
 SETTINGS = {
     "depth": Setting("Depth", "Mirrors in mirrors that are drawn: 1 is what the eye sees in a mirror, each one more what is seen in "
