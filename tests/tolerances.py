@@ -327,3 +327,5 @@ MAP_PLACED = 0.9
 # Mirrors beyond the last level: difference to a picture five levels deeper over that of distance maps (measured: see docs/decisions.md), of which
 # single pixels beside outlines are all.
 SERIES_OVER_MAPS = 0.5
+# Coarser meshes in deep levels: mean difference of radiance from 0.1 to 1, over a picture of which a few hundredths are such levels.
+COARSE_PICTURE = 2e-3

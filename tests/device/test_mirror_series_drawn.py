@@ -9,6 +9,8 @@ import tolerances
 from mirror_rooms import baked, two_mirrors
 from test_recursive_drawn import CAMERA, Seen, renderer_of
 
+from reflect_addon.core.reflection_tree import Culling
+
 DEPTHS = (2, 3, 8)
 
 
@@ -81,3 +83,15 @@ def test_a_series_is_a_pass_for_each_mirror_that_ends(facing):
     counts.append(renderer.counts())
     more = {name: (counts[2][name] - counts[1][name]) - (counts[1][name] - counts[0][name]) for name in counts[0]}
     assert more["passes"] == 1 and all(more[name] == 0 for name in ("views", "compiles", "uploads", "allocations"))
+
+
+def test_deep_levels_draw_fewer_triangles_and_show_the_same(facing):
+    """From the second level on, where their switch is on; the first level's meshes are whole."""
+    renderer, fine = facing[8], Culling(coarse_meshes=False)
+    coarse, triangles = renderer.picture(CAMERA), dict(renderer.mirrors.triangles)
+    renderer.mirrors.culling = fine
+    whole, all_of_them = renderer.picture(CAMERA), dict(renderer.mirrors.triangles)
+    renderer.mirrors.culling = Culling()
+    assert triangles.keys() == all_of_them.keys() and triangles[1] == all_of_them[1]
+    assert all(triangles[depth] <= all_of_them[depth] for depth in triangles) and triangles[8] < 0.5 * all_of_them[8]
+    assert np.abs(coarse - whole)[..., :3].mean() < tolerances.COARSE_PICTURE
