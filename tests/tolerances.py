@@ -346,3 +346,5 @@ VIEWPORT_COLOR = 0.02
 VIEWPORT_EDGE = 0.12
 # ... and the same where the picture was drawn from 5 cm beside (0.071 measured).
 VIEWPORT_LATE = 0.2
+# Coarser meshes in deep levels: mean difference of radiance from 0.1 to 1, over a picture of which a few hundredths are such levels.
+COARSE_PICTURE = 2e-3

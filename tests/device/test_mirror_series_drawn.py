@@ -12,14 +12,21 @@ from test_recursive_drawn import CAMERA, Seen, renderer_of
 DEPTHS = (2, 3, 8)
 
 
+def drawn_with(found, **settings):
+    """A renderer of what was baked, with other settings of what is drawn."""
+    assets = {name: replace(one, settings={**one.settings, **settings}) for name, one in found.assets.items()}
+    return renderer_of(replace(found, assets=assets))
+
+
 @pytest.fixture(scope="module")
-def facing(device):
-    """Renderers by depth; the scene is baked once."""
-    found = baked(two_mirrors())
-    made = {}
-    for depth in DEPTHS:
-        assets = {name: replace(one, settings={**one.settings, "depth": depth}) for name, one in found.assets.items()}
-        made[depth] = renderer_of(replace(found, assets=assets))
+def facing_baked():
+    return baked(two_mirrors())
+
+
+@pytest.fixture(scope="module")
+def facing(device, facing_baked):
+    """Renderers by depth."""
+    made = {depth: drawn_with(facing_baked, depth=depth) for depth in DEPTHS}
     yield made
     for renderer in made.values():
         renderer.free()
@@ -81,3 +88,14 @@ def test_a_series_is_a_pass_for_each_mirror_that_ends(facing):
     counts.append(renderer.counts())
     more = {name: (counts[2][name] - counts[1][name]) - (counts[1][name] - counts[0][name]) for name in counts[0]}
     assert more["passes"] == 1 and all(more[name] == 0 for name in ("views", "compiles", "uploads", "allocations"))
+
+
+def test_deep_levels_draw_fewer_triangles_and_show_the_same(facing, facing_baked):
+    """From the second level on, where their switch is on; the first level's meshes are whole."""
+    fine = drawn_with(facing_baked, depth=8, cull_coarse_meshes=False)
+    coarse, triangles = facing[8].picture(CAMERA), dict(facing[8].mirrors.triangles)
+    whole, all_of_them = fine.picture(CAMERA), dict(fine.mirrors.triangles)
+    fine.free()
+    assert triangles.keys() == all_of_them.keys() and triangles[1] == all_of_them[1]
+    assert all(triangles[depth] <= all_of_them[depth] for depth in triangles) and triangles[8] < 0.5 * all_of_them[8]
+    assert np.abs(coarse - whole)[..., :3].mean() < tolerances.COARSE_PICTURE

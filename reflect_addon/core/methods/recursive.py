@@ -9,8 +9,9 @@ from there, until a depth is reached (3.1, Fig 4). One target per level is enoug
   * A curved reflector is answered by its own distance maps as baked, or by a cube map that is drawn when something moved, with the planar
     mirrors in it and the other curved ones by the maps that they have (3.2, Fig 6; live_maps.py, map_updates.py).
   * Behind the surfaces of a view is the sky, a map by direction traced with everything hidden: views know that a ray meets nothing.
-Where we depart. The paper fills a mirror beyond the last level with the surface alone; here `layered_distance` answers it, and whatever
-else no view was drawn for, so that the last level does not show (option `endless`; without it as the paper, and as a renderer with
+  * Beyond the last level the rays of mirrors that show each other go on through the pictures of their branch (mirror_series.py).
+Where we depart. The paper fills a mirror beyond the last level with the surface alone; here that series answers it, and `layered_distance`
+whatever else no view was drawn for, so that the last level does not show (option `endless`; without it as the paper, and as a renderer with
 that many glossy bounces). What is drawn is surface radiance: the paper's fixed-function light has no shadows and no bounces.
 Limits. Colours are surface radiance: what is glossy looks the same from everywhere. Rough mirrors show of their lobe
 what their view holds (mirror_march.py), up to ROUGHEST; above mirrors.ROUGHEST only to the eye, since in other mirrors surface radiance shows it.
@@ -54,11 +55,11 @@ CULLING = {
 }  # fmt: skip
 SETTINGS = {
     "depth": Setting("Depth", "Mirrors in mirrors that are drawn: 1 is what the eye sees in a mirror, each one more what is seen in "
-                     "mirrors there. Distance maps answer what lies beyond", low=1, soft_high=8, drawn=True),
-    "least_energy": Setting("Least Energy", "Share of the picture's light below which a mirror in a mirror is left to distance maps: its "
+                     "mirrors there. What lies beyond is taken from these pictures, or from distance maps", low=1, soft_high=8, drawn=True),
+    "least_energy": Setting("Least Energy", "Share of the picture's light below which a mirror in a mirror is not drawn: its "
                             "share of the picture times the reflectances on the way to it", high=1.0, advanced=True, drawn=True),
-    "endless": Setting("Endless", "Let distance maps answer mirrors beyond the last level. Without it these show no reflection, as "
-                      "a renderer whose glossy bounces end there", advanced=True, drawn=True),
+    "endless": Setting("Endless", "Let mirrors beyond the last level show what views already drawn see there, and distance maps the rest. "
+                      "Without it these show no reflection, as a renderer whose glossy bounces end there", advanced=True, drawn=True),
     "curved": Setting("Live Cube Maps", "Answer curved reflectors by cube maps that are drawn when something moves, with mirrors in them, "
                       "instead of by distance maps as baked", drawn=True),
     "map_side": Setting("Map Side", "Texels along an edge of a live cube map, at most", low=16, high=1024, power_of_two=True, advanced=True,
