@@ -15,6 +15,7 @@ import numpy as np
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
+from ..core.glass_shapes import Pane
 from ..core.methods import recursive
 from ..core.mirrors import ROUGHEST
 from ..core.reflection_passes import Passes, view_independent
@@ -24,6 +25,7 @@ from .counts import Counts
 from .cube_maps import CubeMaps
 from .device import ensure
 from .fill import TextureCache
+from .glass import SEEN, shown_through
 from .glossy_mirrors import GlossyMirror
 from .level_programs import shown_in
 from .level_surfaces import LevelSurfaces
@@ -58,7 +60,10 @@ class Level:
         self.picture = LevelTarget(width, height, counts)
         self.rays = RayMapTarget(width, height, counts)
         self.answers = ReflectionTarget(width, height, beside, counts, depth=True)
-        self.bytes = self.picture.bytes + self.rays.bytes + self.answers.bytes
+
+    @property
+    def bytes(self) -> int:
+        return self.picture.bytes + self.rays.bytes + self.answers.bytes
 
 
 class Levels:
@@ -124,12 +129,18 @@ class Levels:
         """Whether there are mirrors to be drawn."""
         return bool(self._planes or self.maps.curved)
 
+    @property
+    def has_panes(self) -> bool:
+        return any(isinstance(plane, Pane) for plane in self._planes)
+
     def prepare(self, beside: str | None):
         """Compile now."""
         if self.draws:
             self._surfaces.prepare()
             program(shown_in(beside), self.counts)
             self._surfaces.lamps.prepare(beside)
+            if self.has_panes:
+                program(shown_through(), self.counts)
             for plane in self._planes:
                 if plane.roughness[1] > 0:
                     self._glossy_mirror(plane.reflector, beside).prepare()
@@ -179,7 +190,8 @@ class Levels:
             if plane.reflector in reflectors:
                 self._draw_view(index, node, answer)
                 self._take_over(node, seen)
-                drawn.add(plane.reflector)
+                if not isinstance(plane, Pane):
+                    drawn.add(plane.reflector)
         for reflector in sorted(drawn):
             self._surfaces.lamps.draw(seen.rays, seen.target, reflector, self._per_metre(), bounds)
 
@@ -222,14 +234,19 @@ class Levels:
         """The view's radiance and places, as answers to the rays of the mirror's pixels in the picture that shows it."""
         gpu, target, plane = ensure(), seen.target, self._planes[node.mirror]
         picture, (x, y, width, height) = self._levels[node.depth].picture, node.window
-        with target.framebuffer.bind():
-            target.framebuffer.viewport_set(0, 0, target.width, target.height)
+        is_pane = isinstance(plane, Pane)
+        framebuffer = target.through.framebuffer if is_pane else target.framebuffer
+        with framebuffer.bind():
+            framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
-            gpu.state.depth_test_set("LESS")
-            gpu.state.depth_mask_set(True)
+            gpu.state.depth_test_set("NONE" if is_pane else "LESS")
+            gpu.state.depth_mask_set(not is_pane)
             gpu.state.scissor_set(x - seen.corner[0], y - seen.corner[1], width, height)
             gpu.state.scissor_test_set(True)
-            shader = self._rough(node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
+            if is_pane:
+                shader = self._through(seen, picture)
+            else:
+                shader = self._rough(node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
             size = float(np.linalg.norm(np.ptp(plane.outline, axis=0)))
             reach = float(np.abs(plane.outline).max() + np.abs(seen.camera.world_from_camera[:3, 3]).max())
             shader.set("plane_origin", (*plane.origin, IN_PLANE * size + STEPS * reach))
@@ -252,6 +269,15 @@ class Levels:
         shader.image("place_tx", picture.place_tx)
         return shader
 
+    def _through(self, seen: Seen, picture: LevelTarget) -> Program:
+        """A pane's pixels show those of the view through it."""
+        shader = program(shown_through(), self.counts)
+        shader.bind()
+        for name, texture in zip(SEEN, (*seen.rays.textures, self._materials.texture), strict=True):
+            shader.image(name, texture)
+        shader.image("picture_tx", picture.color_tx)
+        return shader
+
     def _rough(self, node: Node, seen: Seen, picture: LevelTarget) -> Program:
         """Ray by ray of each pixel's lobe."""
         self._view.set(self._camera_of(node))
@@ -268,7 +294,8 @@ class Levels:
 
     def _camera_of(self, node: Node) -> Camera:
         """Of the part of a view that is drawn, as large as its target."""
-        return clear_of(node.camera, self._planes[node.mirror]).part(*node.drawn[:2], *self._levels[node.depth].size)
+        plane = self._planes[node.mirror]
+        return clear_of(node.camera, plane.beyond if isinstance(plane, Pane) else plane).part(*node.drawn[:2], *self._levels[node.depth].size)
 
     def _per_metre(self) -> float:
         """The unit of depth in reflection buffers: the scene's size."""
