@@ -348,3 +348,14 @@ VIEWPORT_EDGE = 0.12
 VIEWPORT_LATE = 0.2
 # Coarser meshes in deep levels: mean difference of radiance from 0.1 to 1, over a picture of which a few hundredths are such levels.
 COARSE_PICTURE = 2e-3
+
+# Glass (core/glass_optics.py). Sums of a slab's series in float32.
+GLASS_SERIES = 1e-4
+# Share of rays that leave a body elsewhere than the book says: those that pass within a texel of an edge, once for each face they meet.
+GLASS_EDGES = 0.03
+# Of the share that is left out: 1024 rays of a spread of 0.15.
+GLASS_LEFT = 0.015
+# Mean error of radiance of 0.2 to 1 seen through a pane: surface radiance between its vertices, as in mirrors.
+GLASS_PANE = 0.02
+# Seen through a body, where distance maps answer the rays that leave: a magnified wall is off by more than a mirrored one.
+GLASS_BODY = 0.06

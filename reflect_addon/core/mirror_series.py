@@ -20,6 +20,7 @@ import numpy as np
 
 from . import mirror_march
 from .camera import Camera
+from .glass_shapes import Pane
 from .mirror_planes import MirrorPlane
 from .reflection_tree import ROOT, Ended, Tree
 
@@ -52,7 +53,7 @@ def branch(tree: Tree, node: int, planes: Sequence[MirrorPlane]) -> dict[int, in
     found: dict[int, int] = {}
     while node != ROOT and len(found) < PICTURES:
         mirror = tree.nodes[node].mirror
-        if mirror not in found and planes[mirror].roughness[1] == 0:
+        if mirror not in found and not isinstance(planes[mirror], Pane) and planes[mirror].roughness[1] == 0:
             found[mirror] = node
         node = tree.nodes[node].parent
     return found

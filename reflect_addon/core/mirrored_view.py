@@ -48,13 +48,17 @@ def mirrored(camera: Camera, plane: MirrorPlane) -> Camera | None:
     plane or in it), and where everything before the mirror is beyond the far plane."""
     if not height_of(camera, plane.origin, plane.normal) > IN_PLANE:
         return None
-    seen = image_of(camera, plane)
-    depth_row = _oblique(seen, np.append(plane.normal, -plane.normal @ plane.origin))
+    return begun_at(image_of(camera, plane), plane)
+
+
+def begun_at(camera: Camera, plane: MirrorPlane) -> Camera | None:
+    """The camera with its near plane in this plane, what lies before that being seen; None where all of it is beyond the far plane."""
+    depth_row = _oblique(camera, np.append(plane.normal, -plane.normal @ plane.origin))
     if depth_row is None:
         return None
-    clip = seen.clip_from_camera.copy()
+    clip = camera.clip_from_camera.copy()
     clip[2] = depth_row
-    return replace(seen, clip_from_camera=clip)
+    return replace(camera, clip_from_camera=clip)
 
 
 def image_of(camera: Camera, plane: MirrorPlane) -> Camera:

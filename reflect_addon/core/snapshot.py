@@ -33,11 +33,13 @@ class Material:
     name: str
     metallic: float = 0.0  # 0..1
     roughness: float = 0.5  # 0..1, Blender's (alpha = roughness squared)
-    base_color: tuple[float, float, float] = (0.8, 0.8, 0.8)  # linear
+    base_color: tuple[float, float, float] = (0.8, 0.8, 0.8)  # linear; of what refracts: what one crossing of the surface lets through
     specular_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)  # linear: edge tint of a metal, tint of a dielectric
     ior: float = 1.5  # dielectric
     specular_weight: float = 1.0  # share of the surface that is a mirror-like lobe (mixes), 0 = none
     is_reflector: bool = False  # shiny enough to be worth a reflection
+    refracts: bool = False  # clear: what does not mirror goes through
+    thin_wall: bool = False  # Principled's: its surface is a pane by itself
     simplified: tuple[str, ...] = ()  # what was reduced, in words for the panel: "roughness is a texture; used its mean"
 
 

@@ -21,12 +21,14 @@ import numpy as np
 
 from .camera import Camera
 from .curved_views import CurvedMirror, approximate_view, outline_of
+from .glass_shapes import Pane
 from .glossy_window import fineness, widened
 from .map_size import side_of
 from .mirror_outline import Polygon, area, seen_through, window_of
 from .mirror_planes import MirrorPlane
 from .mirrored_view import IN_PLANE, height_of, image_of, mirrored
 from .mirrors import ROUGHEST
+from .pane_view import through
 from .reflection_tree import BEHIND, COVERED, DEPTH, FAINT, MOST, OUTSIDE, REASONS, ROOT, SMALL, Ended, Node, Tree, TreeSettings
 
 
@@ -103,6 +105,8 @@ class _Growth:
             if self.cull.size:
                 side = side_of(max(node["window"][2:]), side, self.sides.get(node["path"]))
             return approximate_view(mirror, camera, side)
+        if isinstance(mirror, Pane):
+            return through(camera, mirror)
         seen = mirrored(camera, mirror) if node["facing"] else image_of(camera, mirror)
         if seen is None and not (self.cull.window or self.cull.frustum):
             return image_of(camera, mirror)  # not seen, and drawn all the same

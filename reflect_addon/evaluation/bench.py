@@ -25,6 +25,7 @@ from . import (
     bench_nielsen_curved,
     bench_nielsen_draw,
     bench_nielsen_endless,
+    bench_nielsen_glass,
     bench_nielsen_glossy,
     bench_nielsen_maps,
     bench_nielsen_motion,
@@ -50,7 +51,7 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
     "nielsen": (
         bench_nielsen_counts.measure, bench_nielsen_planar.measure, bench_nielsen_draw.measure, bench_nielsen_motion.measure,
         bench_nielsen_curved.measure, bench_nielsen_maps.measure, bench_nielsen_glossy.measure, bench_nielsen_endless.measure,
-        bench_nielsen_stable.measure,
+        bench_nielsen_stable.measure, bench_nielsen_glass.measure,
     ),
     "estalella": (
         bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,

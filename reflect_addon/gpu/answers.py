@@ -13,6 +13,7 @@ from ..core.snapshot import SceneSnapshot
 from .background import BACKGROUND
 from .counts import Counts
 from .fill import Fill, TextureCache
+from .glass import Bodies, Body, is_body
 from .level_targets import Seen
 from .levels import Levels
 from .raymap import RayMapPass
@@ -52,12 +53,14 @@ class Answers:
         self._batch = triangle_batch()
         self.projector = Projector(counts, textures)
         self.levels = Levels(counts, textures, self._batch, most_rays)
+        self._bodies = Bodies(textures)
         self._fills: dict[tuple[int, str | None, bool, Callable], tuple[Asset, Fill]] = {}
 
     def keep_only(self, assets):
         """Let go of what was made of other assets."""
         used = {id(a) for a in assets}
         self._fills = {key: value for key, value in self._fills.items() if key[0] in used}
+        self._bodies.keep_only(assets)
 
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, raymap: RayMapPass, materials: MaterialTable):
         """Take another snapshot, with its ray map's pass and its materials."""
@@ -65,6 +68,7 @@ class Answers:
         self.projector.update(snapshot, assets.values(), surfaces)
         self.levels.update(snapshot, assets, surfaces, raymap, materials)
         self._groups = self._group_reflectors(assets)
+        self.has_glass = self.levels.has_panes or any(is_body(group.asset) for group in self._groups)
 
     @property
     def draws(self) -> bool:
@@ -92,6 +96,8 @@ class Answers:
             self.fill(group.asset, beside, group.is_rough)
             if self._projects(group):
                 self.projector.prepare(group.asset, beside)
+            if is_body(group.asset):
+                self._body(group, None)
         self.levels.prepare(beside, resolve)
 
     def plan(self, camera: Camera, resolve, attenuates: bool):
@@ -99,6 +105,7 @@ class Answers:
         self.levels.plan(camera, resolve, attenuates)
         gone = {id(asset) for asset in self.levels.draw_maps(self.draw)}
         self._fills = {key: value for key, value in self._fills.items() if key[0] not in gone}
+        self._bodies.drop(gone)
 
     def draw(self, seen: Seen, background: Asset | None = None):
         """Answers to all rays that are seen. background: an asset, for the camera's own rays."""
@@ -119,9 +126,16 @@ class Answers:
             fill = self.fill(live or group.asset, target.beside, rough, live and live_maps.trace)
             most = self.most_rays if rough else None
             fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
+            if is_body(group.asset):
+                self._body(group, live).draw(self._batch, seen, self._materials, group.first, group.last, bounds)
         if background is not None:
             fill = self.fill(background, target.beside, kernel=background_kernel(background.kind))
             fill.draw(self.gpu, self._batch, seen.rays.textures[:3], target, BACKGROUND, BACKGROUND)
+
+    def _body(self, group: Group, live: Asset | None) -> Body:
+        """What draws a solid body of glass; its live map's kernel answers rays that leave it, where it has one."""
+        answers = live or group.asset
+        return self._bodies.body(group.asset, answers, self._kernel(answers.kind))
 
     def _projects(self, group: Group) -> bool:
         """Whether virtual objects are drawn for it."""
@@ -150,6 +164,7 @@ class Answers:
 
     def free(self):
         self._fills = {}
+        self._bodies.free()
         self.projector.free()
         self.levels.free()
 

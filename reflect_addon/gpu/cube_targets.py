@@ -72,7 +72,10 @@ class CubeTargets:
         self._row_tx.filter_mode(False)
         self._row = gpu.types.GPUFrameBuffer(color_slots=[self._row_tx])
         counts.allocations += 1
-        self.bytes = self.picture.bytes + self.rays.bytes + self.answers.bytes + self._lit.bytes + 6 * whole * whole * 8
+
+    @property
+    def bytes(self) -> int:
+        return self.picture.bytes + self.rays.bytes + self.answers.bytes + self._lit.bytes + 6 * self.size[0] ** 2 * 8
 
     def new_image(self):
         """A map's image: RGBA16F, as TextureCache makes those of baked maps."""

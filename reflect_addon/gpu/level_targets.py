@@ -36,7 +36,10 @@ class Level:
         self.picture = LevelTarget(width, height, counts)
         self.rays = RayMapTarget(width, height, counts)
         self.answers = ReflectionTarget(width, height, beside, counts, depth=True)
-        self.bytes = self.picture.bytes + self.rays.bytes + self.answers.bytes
+
+    @property
+    def bytes(self) -> int:
+        return self.picture.bytes + self.rays.bytes + self.answers.bytes
 
 
 class LevelTargets:

@@ -16,6 +16,7 @@ import numpy as np
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
+from ..core.glass_shapes import Pane
 from ..core.methods import recursive
 from ..core.mirror_series import branch, continued, rows_of
 from ..core.mirrors import ROUGHEST
@@ -105,6 +106,10 @@ class Levels:
         """Whether there are mirrors to be drawn."""
         return bool(self._planes or self.maps.curved)
 
+    @property
+    def has_panes(self) -> bool:
+        return any(isinstance(plane, Pane) for plane in self._planes)
+
     def prepare(self, beside: str | None, resolve: Resolve):
         """Compile now. resolve: as for plan."""
         if self.draws:
@@ -162,7 +167,8 @@ class Levels:
             if plane.reflector in reflectors:
                 self._draw_view(index, node, answer)
                 self.shown.draw(plane, self._camera_of(node), self.targets[node.depth].picture, node, seen, self._per_metre())
-                drawn.add(plane.reflector)
+                if not isinstance(plane, Pane):
+                    drawn.add(plane.reflector)
         if self._endless and self.continues:
             drawn |= self._continue(seen, reflectors)
         for reflector in sorted(drawn):
@@ -232,7 +238,8 @@ class Levels:
 
     def _camera_of(self, node: Node) -> Camera:
         """Of the part of a view that is drawn, as large as its target."""
-        return clear_of(node.camera, self._planes[node.mirror]).part(*node.drawn[:2], *self.targets[node.depth].size)
+        plane = self._planes[node.mirror]
+        return clear_of(node.camera, plane.beyond if isinstance(plane, Pane) else plane).part(*node.drawn[:2], *self.targets[node.depth].size)
 
     def _per_metre(self) -> float:
         """The unit of depth in reflection buffers: the scene's size."""

@@ -110,9 +110,9 @@ class Renderer:
         if self._materials is None or not np.array_equal(self._materials.rows, materials):
             self._materials = MaterialTable(materials, self._counts)
             changed["materials"] = True
-        self._plan_resolve()
         self.followed = self._followers.update(snapshot, self.assets.values(), self.surfaces)
         self._answers.update(snapshot, self.assets, self.surfaces, self._raymap, self._materials)
+        self._plan_resolve()
         if self._answers.draws != self._draws:
             self._draws, self._targets = self._answers.draws, {}
         return changed
@@ -124,7 +124,7 @@ class Renderer:
 
     def _plan_resolve(self):
         used = {s.material for s in self._raymap.sections}
-        plan = ResolvePlan.of(self.snapshot, used, self.attenuation, self._look.look)
+        plan = ResolvePlan.of(self.snapshot, used, self.attenuation, self._look.look, self._answers.has_glass)
         self._resolve = self._resolve_type(plan, self.attenuation, self._counts)
 
     def asset_shown(self, asset: Asset) -> Asset:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import shading
+from ..core import glass_optics, shading
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
 from ..core.look import LINEAR, TABLE_SIDE, TOP, Look
@@ -31,16 +31,35 @@ class ResolvePlan:
     has_dielectric: bool
     attenuation: bool
     table: bool
+    glass: bool = False  # something is seen through
 
     @staticmethod
-    def of(snapshot: SceneSnapshot, materials_in_use, attenuation: float | None, look: Look) -> "ResolvePlan":
+    def of(snapshot: SceneSnapshot, materials_in_use, attenuation: float | None, look: Look, glass: bool = False) -> "ResolvePlan":
         used = [snapshot.materials[m] for m in materials_in_use]
         return ResolvePlan(
             has_metal=any(m.metallic > 0 for m in used),
             has_dielectric=any(m.metallic < 1 for m in used) or not used,
             attenuation=attenuation is not None,
             table=look.table is not None,
+            glass=glass,
         )
+
+
+def reflectance_kernel(has_metal: bool, has_dielectric: bool) -> tuple[str, str]:
+    """(GLSL functions, GLSL that sets `reflectance` and `opacity` from cosine, base, tint, weight)."""
+    options = {"has_metal": has_metal, "has_dielectric": has_dielectric}
+    recorded = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
+    # Asked for in both cases; the composite drops opacity when the driver sees that nobody reads it.
+    kernel = emit_glsl(recorded, ("reflectance", "opacity"), "surface_reflectance")
+    arguments = {
+        "cosine": "cosine",
+        "base_color": "base.rgb",
+        "metallic": "base.a",
+        "specular_tint": "tint.rgb",
+        "ior": "tint.a",
+        "weight": "weight",
+    }
+    return kernel.source, call_text(kernel, arguments)
 
 
 class LookTexture:
@@ -175,22 +194,12 @@ class Resolve:
         if self.plan.attenuation:
             shader.image("distance_tx", answer.distance_tx)
             shader.set("half_distance", self.half_distance)
+        if self.plan.glass:
+            shader.image("through_tx", answer.through.texture)
 
     def reflectance_parts(self) -> tuple[str, str]:
-        """(GLSL functions, GLSL that sets `reflectance` and `opacity` from cosine, base, tint, weight)."""
-        options = {"has_metal": self.plan.has_metal, "has_dielectric": self.plan.has_dielectric}
-        recorded = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
-        # Asked for in both cases; the composite drops opacity when the driver sees that nobody reads it.
-        kernel = emit_glsl(recorded, ("reflectance", "opacity"), "surface_reflectance")
-        arguments = {
-            "cosine": "cosine",
-            "base_color": "base.rgb",
-            "metallic": "base.a",
-            "specular_tint": "tint.rgb",
-            "ior": "tint.a",
-            "weight": "weight",
-        }
-        return kernel.source, call_text(kernel, arguments)
+        """See reflectance_kernel."""
+        return reflectance_kernel(self.plan.has_metal, self.plan.has_dielectric)
 
     def _shared(self):
         """(generated includes, uniforms, samplers) that every resolve shader has."""
@@ -204,10 +213,21 @@ class Resolve:
             sources.append(fade)
             samplers.append(("FLOAT_2D", "distance_tx"))
             uniforms.append(("FLOAT", "half_distance"))
+        glass_call = glass_light = ""
+        if self.plan.glass:
+            faces = emit_glsl(record_function(glass_optics.pane, glass_optics.PANE_INPUTS), ("mirrored",), "mirrored_by_both")
+            sources.append(faces.source)
+            samplers.append(("FLOAT_2D", "through_tx"))
+            called = call_text(faces, {"mirrored": "reflectance", "tint": "base.rgb"}, "pane_")
+            glass_call = f"  vec4 through = texelFetch(through_tx, pixel, 0);\n{called}  reflectance = (through.a > 1.5) ? pane_mirrored : reflectance;\n"
+            glass_light = (
+                "  resolved.radiance += through.rgb;\n  resolved.covered = min(through.a, 1.0);\n"
+                "  resolved.opacity = max(resolved.opacity, resolved.covered);\n"
+            )
         generated = (
             ("shading", "\n".join(sources)),
-            ("reflectance_call", reflectance_call),
-            ("attenuation_call", attenuation_call),
+            ("reflectance_call", reflectance_call + glass_call),
+            ("attenuation_call", attenuation_call + glass_light),
         )
         return generated, tuple(uniforms), tuple(samplers)
 

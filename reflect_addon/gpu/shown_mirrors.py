@@ -1,16 +1,18 @@
 """A view's picture becomes its mirror's answer: the pixels of the mirror take the view's radiance and places over, in the picture that shows it.
 
-Sharp mirrors pixel for pixel, rough ones ray by ray of each pixel's lobe (glossy_mirrors.py).
+Sharp mirrors pixel for pixel, rough ones ray by ray of each pixel's lobe (glossy_mirrors.py); of panes of glass the pixels behind them (glass.py).
 """
 
 import numpy as np
 
 from ..core.asset import Asset
+from ..core.glass_shapes import Pane
 from ..core.mirror_planes import MirrorPlane
 from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .device import ensure
 from .fill import TextureCache
+from .glass import SEEN, shown_through
 from .glossy_mirrors import GlossyMirror
 from .level_programs import shown_in
 from .level_targets import Seen
@@ -46,21 +48,28 @@ class ShownMirrors:
         """Compile now."""
         program(shown_in(beside), self._counts)
         for plane in planes:
-            if plane.roughness[1] > 0:
+            if isinstance(plane, Pane):
+                program(shown_through(), self._counts)
+            elif plane.roughness[1] > 0:
                 self._glossy_mirror(plane.reflector, beside).prepare()
 
     def draw(self, plane: MirrorPlane, camera, picture: LevelTarget, node, seen: Seen, per_metre: float):
         """The view's radiance and places, as answers to the rays of the mirror's pixels in the picture that shows it. camera: of the view's picture;
         per_metre: unit of depth in reflection buffers."""
         gpu, target, (x, y, width, height) = ensure(), seen.target, node.window
-        with target.framebuffer.bind():
-            target.framebuffer.viewport_set(0, 0, target.width, target.height)
+        is_pane = isinstance(plane, Pane)
+        framebuffer = target.through.framebuffer if is_pane else target.framebuffer
+        with framebuffer.bind():
+            framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
-            gpu.state.depth_test_set("LESS")
-            gpu.state.depth_mask_set(True)
+            gpu.state.depth_test_set("NONE" if is_pane else "LESS")
+            gpu.state.depth_mask_set(not is_pane)
             gpu.state.scissor_set(x - seen.corner[0], y - seen.corner[1], width, height)
             gpu.state.scissor_test_set(True)
-            shader = self._rough(plane, camera, node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
+            if is_pane:
+                shader = self._through(seen, picture)
+            else:
+                shader = self._rough(plane, camera, node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
             shader.set("plane_origin", (*plane.origin, near_plane(plane, seen.camera)))
             shader.set("plane_normal", (*plane.normal, plane.reflector))
             shader.set("sizes_per_metre", per_metre)
@@ -79,6 +88,15 @@ class ShownMirrors:
             shader.image(name, texture)
         shader.image("picture_tx", picture.color_tx)
         shader.image("place_tx", picture.place_tx)
+        return shader
+
+    def _through(self, seen: Seen, picture: LevelTarget) -> Program:
+        """A pane's pixels show those of the view through it."""
+        shader = program(shown_through(), self._counts)
+        shader.bind()
+        for name, texture in zip(SEEN, (*seen.rays.textures, self._materials.texture), strict=True):
+            shader.image(name, texture)
+        shader.image("picture_tx", picture.color_tx)
         return shader
 
     def _rough(self, plane: MirrorPlane, camera, node, seen: Seen, picture: LevelTarget) -> Program:

@@ -1,5 +1,7 @@
 """The ray map and the reflection buffer as textures: made once for a size, kept while the size stays."""
 
+from functools import cached_property
+
 import numpy as np
 
 from ..core.rays import RayMap
@@ -57,6 +59,18 @@ class RayMapTarget:
         )
 
 
+class Through:
+    """What is seen through glass (glass.py): radiance, and in alpha 0: nothing, 1: a body, 2: a pane."""
+
+    def __init__(self, width: int, height: int, counts: Counts):
+        gpu = ensure()
+        self.texture = gpu.types.GPUTexture((width, height), format="RGBA16F")
+        self.texture.filter_mode(False)
+        self.framebuffer = gpu.types.GPUFrameBuffer(color_slots=(self.texture,))
+        self.bytes = width * height * 8
+        counts.allocations += 1
+
+
 class ReflectionTarget:
     """radiance_tx (rgb, a = coverage) and, as `beside` says, "position": position_tx (xyz, w = status), "distance":
     distance_tx (R32F, m along the ray), or None; depth_tx where something is drawn into it."""
@@ -65,7 +79,7 @@ class ReflectionTarget:
         self, width: int, height: int, beside: str | None, counts: Counts, radiance_format: str = "RGBA16F", depth: bool = False
     ):
         gpu = ensure()
-        self.width, self.height, self.beside = width, height, beside
+        self.width, self.height, self.beside, self._counts = width, height, beside, counts
         self.depth_tx = gpu.types.GPUTexture((width, height), format="DEPTH_COMPONENT32F") if depth else None
         self.radiance_tx = gpu.types.GPUTexture((width, height), format=radiance_format)
         self.radiance_tx.filter_mode(False)
@@ -81,15 +95,28 @@ class ReflectionTarget:
         with_depth = {"depth_slot": self.depth_tx} if depth else {}
         self.framebuffer = gpu.types.GPUFrameBuffer(color_slots=slots, **with_depth)
         more = {"position": 16, "distance": 4, None: 0}[beside] + 4 * depth
-        self.bytes = width * height * ((8 if radiance_format == "RGBA16F" else 16) + more)
+        self._bytes = width * height * ((8 if radiance_format == "RGBA16F" else 16) + more)
         counts.allocations += 1
+
+    @cached_property
+    def through(self) -> Through:
+        """Made when glass first asks for it, empty."""
+        made = Through(self.width, self.height, self._counts)
+        made.texture.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
+        return made
+
+    @property
+    def bytes(self) -> int:
+        return self._bytes + (self.through.bytes if "through" in vars(self) else 0)
 
     def clear(self, window=None):
         """Nothing answered; only within window (x, y, width, height) where there is one."""
+        glass = self.through if "through" in vars(self) else None
         if window is not None:
-            _clear(self.framebuffer, window, (0.0, 0.0, 0.0, 0.0))
+            for framebuffer in (self.framebuffer, *((glass.framebuffer,) if glass else ())):
+                _clear(framebuffer, window, (0.0, 0.0, 0.0, 0.0))
             return
-        for texture in (self.radiance_tx, self.position_tx):
+        for texture in (self.radiance_tx, self.position_tx, glass and glass.texture):
             if texture is not None:
                 texture.clear(format="FLOAT", value=(0.0, 0.0, 0.0, 0.0))
         if self.distance_tx is not None:

@@ -19,6 +19,7 @@ from mathutils import Matrix
 
 from ..core.camera import Camera
 from ..core.frontal_view import frontal
+from ..core.glass_shapes import Pane
 from ..core.mirror_planes import MirrorPlane
 from ..core.reflection_tree import Tree
 from .background import FULLSCREEN
@@ -100,7 +101,7 @@ class ViewportViews:
         """The frame that is drawn now shows this tree."""
         most = max(tree.root.width, tree.root.height)
         strongest = sorted(tree.nodes, key=lambda node: -node.energy)[:VIEWS]
-        cameras = {node.path: frontal(node.camera, planes[node.mirror], node.polygon, most) for node in strongest if node.facing}
+        cameras = {node.path: frontal(node.camera, planes[node.mirror], node.polygon, most) for node in strongest if node.facing and not isinstance(planes[node.mirror], Pane)}
         self._before = self._wanted
         self._wanted = {path: Asked(camera, self.state) for path, camera in cameras.items() if camera is not None}
         self._kept = {path: kept for path, kept in self._kept.items() if path in self._wanted}

@@ -16,6 +16,8 @@ from .sockets import Groups, Reducer
 MAX_ROUGHNESS = 0.35
 # Least share of light reflected straight on. Water has 0.020, varnish and glass 0.04: all are wanted.
 MIN_REFLECTANCE = 0.015
+# Glass: nothing but a little dust lies on it, and what is seen through it keeps its edges.
+CLEAR, CLEAR_ROUGHNESS = 0.9, 0.1
 
 Color = tuple[float, float, float]
 
@@ -30,6 +32,8 @@ class Lobe:
     base_color: Color = (0.8, 0.8, 0.8)
     specular_tint: Color = (1.0, 1.0, 1.0)
     ior: float = 1.5
+    clear: float = 0.0  # share of what does not mirror that goes through
+    thin_wall: bool = False
 
     def reflectance(self) -> float:
         """Largest channel of what is reflected straight on, weighted."""
@@ -69,6 +73,8 @@ def reflect_material(material: bpy.types.Material | None) -> Material:
         main.ior,
         min(main.weight, 1.0),
         bool(sharp),
+        main.weight * main.clear >= CLEAR and main.roughness <= CLEAR_ROUGHNESS,
+        main.thin_wall,
         tuple(dict.fromkeys(reducer.notes)),
     )
 
@@ -87,7 +93,7 @@ def _principled(node, path, weight, reducer):
         return reducer.value(node.inputs[name], path)
 
     weight *= _unit(value("Alpha"))
-    metallic = _unit(value("Metallic"))
+    metallic, clear = _unit(value("Metallic")), _unit(value("Transmission Weight"))
     base = Lobe(
         weight,
         _unit(value("Roughness")),
@@ -97,6 +103,9 @@ def _principled(node, path, weight, reducer):
         value("Specular Tint"),
         _with_level(value("IOR"), value("Specular IOR Level")),
     )
+    if clear >= CLEAR and metallic == 0:  # a body's colour is that of two crossings, and its level does nothing (measured in Cycles)
+        through = tuple(float(np.sqrt(max(v, 0.0))) for v in value("Base Color"))
+        base = replace(base, base_color=through, ior=value("IOR"), clear=clear, thin_wall=bool(value("Thin Wall")))
     coat = _unit(value("Coat Weight"))
     if coat == 0:
         return [base]
@@ -126,7 +135,7 @@ def _metallic(node, path, weight, reducer):
 def _glass(node, path, weight, reducer):
     roughness = _unit(reducer.value(node.inputs["Roughness"], path))
     color = reducer.value(node.inputs["Color"], path)
-    return [Lobe(weight, roughness, 0.0, color, color, reducer.value(node.inputs["IOR"], path))]
+    return [Lobe(weight, roughness, 0.0, color, color, reducer.value(node.inputs["IOR"], path), clear=1.0)]
 
 
 def _eevee_specular(node, path, weight, reducer):

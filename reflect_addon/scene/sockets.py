@@ -101,7 +101,7 @@ def _read_mean(image: bpy.types.Image) -> np.ndarray:
 
 def _fitting(value: np.ndarray, socket):
     """Colours become a float, and floats a colour, as links between such sockets do."""
-    if socket.type == "VALUE":
+    if socket.type in ("VALUE", "BOOLEAN"):
         return float(value[0]) if len(value) == 1 else float(value @ np.array([0.2126, 0.7152, 0.0722]))
     return tuple(float(v) for v in (value if len(value) == 3 else value[:1].repeat(3)))
 

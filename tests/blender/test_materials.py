@@ -88,6 +88,18 @@ def test_glossy_metallic_and_glass(tree):
         assert (m.is_reflector, m.specular_weight) == (False, 0)
 
 
+def test_what_refracts(tree):
+    """Clear and smooth alone; a crossing's tint is Cycles': the colour's root of a body, the colour itself of a Glass BSDF (measured)."""
+    m = tree.read(principled(tree, Transmission_Weight=1, Roughness=0, Base_Color=(0.25, 1, 0.49, 1), IOR=1.4, Specular_IOR_Level=1.0))
+    assert m.refracts and not m.thin_wall and m.is_reflector and m.ior == pytest.approx(1.4)
+    assert m.base_color == pytest.approx((0.5, 1.0, 0.7))
+    assert tree.read(principled(tree, Transmission_Weight=1, Roughness=0, Thin_Wall=True)).thin_wall
+    m = tree.read(tree.node("ShaderNodeBsdfGlass", Roughness=0, Color=(0.25, 1, 0.49, 1)))
+    assert m.refracts and m.base_color == pytest.approx((0.25, 1.0, 0.49))
+    for values in ({"Transmission_Weight": 0.5}, {"Transmission_Weight": 1, "Roughness": 0.3}, {"Transmission_Weight": 1, "Metallic": 1}):
+        assert not tree.read(principled(tree, **{"Roughness": 0.0, **values})).refracts
+
+
 def mixed(tree, factor):
     mix = tree.node("ShaderNodeMixShader", Factor=factor)
     tree.link(tree.node("ShaderNodeBsdfDiffuse"), mix.inputs[1])

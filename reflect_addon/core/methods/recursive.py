@@ -8,6 +8,8 @@ from there, until a depth is reached (3.1, Fig 4). One target per level is enoug
   * A level is a picture like the window's (gpu/levels.py), so what is curved is answered in it by its own asset's kernel.
   * A curved reflector is answered by its own distance maps as baked, or by a cube map that is drawn when something moved, with the planar
     mirrors in it and the other curved ones by the maps that they have (3.2, Fig 6; live_maps.py, map_updates.py).
+  * Glass, the paper's future work: a pane shows the view through it, a level more (pane_view.py); a solid convex body bends rays (glass_optics.py),
+    and those that leave it are answered as its mirrored rays are.
   * Behind the surfaces of a view is the sky, a map by direction traced with everything hidden: views know that a ray meets nothing.
   * Beyond the last level the rays of mirrors that show each other go on through the pictures of their branch (mirror_series.py).
 Where we depart. The paper fills a mirror beyond the last level with the surface alone; here that series answers it, and `layered_distance`
@@ -19,9 +21,10 @@ what their view holds (mirror_march.py), up to ROUGHEST; above mirrors.ROUGHEST 
 
 from dataclasses import replace
 
-from .. import reflected_surfaces
+from .. import glass_body, reflected_surfaces
 from ..asset import Asset
 from ..curved_views import CurvedMirror, curved_of
+from ..glass_shapes import Pane, glass_of, panes_of
 from ..job import BakeJob
 from ..kernel import Hit
 from ..mirror_planes import MirrorPlane, planes_of
@@ -80,11 +83,14 @@ def bake(job: BakeJob) -> Asset:
         job.shared[NAME] = environment.capture(job, NAME, tuple(i.object_name for i in (*job.scene.instances, *job.scene.lamps)))
     sky = job.shared[NAME]
     planes = [plane for plane in drawn_mirrors(job.scene)[0] if job.scene.reflectors()[plane.reflector].name == job.reflector.name]
+    planes = [plane for plane in planes if not isinstance(plane, Pane)]
+    glass = glass_body.part_of_asset(glass_of(job.scene, job.reflector))
     return Asset(
         NAME,
         job.reflector.name,
-        {_SKY + name: image for name, image in sky.images.items()},
-        uniforms={"planes": float(len(planes)), **{_SKY + name: value for name, value in sky.uniforms.items()}},
+        {_SKY + name: image for name, image in sky.images.items()} | glass["images"],
+        uniforms={"planes": float(len(planes)), **{_SKY + name: value for name, value in sky.uniforms.items()}} | glass["uniforms"],
+        options=glass["options"],
         settings=dict(job.settings),
         parts=(part_of(job.scene, job.reflector, REFLECTOR, -1), *reflected_surfaces.parts(job.scene)),
         light_hash=job.scene.light_hash,
@@ -108,9 +114,9 @@ def culling_settings(culling: Culling) -> dict[str, object]:
 
 
 def drawn_mirrors(scene: SceneSnapshot) -> tuple[tuple[MirrorPlane, ...], tuple[CurvedMirror, ...]]:
-    """The planar mirrors that are smooth enough for a view, and the curved ones, which may have a cube map."""
+    """The planar mirrors that are smooth enough for a view, with the panes, and the curved ones, which may have a cube map."""
     planes = planes_of(scene)
-    return tuple(plane for plane in planes if plane.roughness[1] <= ROUGHEST), curved_of(scene, planes)
+    return (*(plane for plane in planes if plane.roughness[1] <= ROUGHEST), *panes_of(scene)), curved_of(scene, planes)
 
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
@@ -119,11 +125,12 @@ def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
 
 
 def report(asset: Asset) -> str:
-    """How much of a reflector views are drawn for."""
+    """How much of a reflector views are drawn for, and what its glass shows."""
     count = int(asset.uniforms["planes"])
+    drawn = "One planar mirror is drawn." if count == 1 else f"{count} planar mirrors are drawn, each where its front is seen."
     if not count:
-        return "No part of it is a smooth planar mirror: distance maps answer alone."
-    return "One planar mirror is drawn." if count == 1 else f"{count} planar mirrors are drawn, each where its front is seen."
+        drawn = "No part of it is a smooth planar mirror: distance maps answer alone."
+    return " ".join(part for part in (drawn, glass_body.sentence(asset.options, asset.uniforms)) if part)
 
 
 def trace(k, asset, ray) -> Hit:

@@ -7,5 +7,5 @@ void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   Resolved resolved = resolve(pixel);
-  picture_out = developed(background(pixel) + resolved.radiance, (resolved.reflector < -0.5) ? empty_alpha : 1.0);
+  picture_out = developed(background(pixel) * (1.0 - resolved.covered) + resolved.radiance, (resolved.reflector < -0.5) ? empty_alpha : 1.0);
 }

@@ -5,11 +5,12 @@ struct Resolved {
   vec3 radiance;   // scene-linear, to be added
   float opacity;   // share of the surface's own light that it replaces
   float reflector; // index, -1 = none here
+  float covered;   // 1: seen through, so that nothing of what is behind is to be added again
 };
 
 Resolved resolve(ivec2 pixel)
 {
-  Resolved resolved = Resolved(vec3(0.0), 0.0, -1.0);
+  Resolved resolved = Resolved(vec3(0.0), 0.0, -1.0, 0.0);
   vec4 origin = texelFetch(origin_tx, pixel, 0);
   if (origin.w < -0.5) {
     return resolved;
