@@ -9,7 +9,7 @@ Limits. Other glass has no refraction: what is dented, open, mixed with other ma
 one pane, or a bent thin wall. A pane's narrow sides show what they showed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,54 +57,36 @@ class Glass:
 
 
 def glass_of(scene: SceneSnapshot, instance: Instance) -> Glass | None:
-    """None for what does not refract."""
-    clear = [k for k, m in enumerate(instance.materials) if scene.materials[m].refracts]
-    if not clear or not instance.is_reflector:
-        return None
-    slots = scene.slots(instance)
-    shown = np.flatnonzero(np.isin(slots, clear))
-    if not len(shown):
-        return None
-    mesh, positions = scene.meshes[instance.mesh], scene.world_positions(instance)
-    corners = positions[mesh.triangles[shown]]
-    if not np.isfinite(corners).all():
-        return None
-    materials = np.unique(slots[shown])
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sized = np.linalg.norm(cross, axis=-1) > 0
-    shown, corners, cross = shown[sized], corners[sized], cross[sized]
-    if not len(shown):
-        return None
-    shading = _unit(mesh.corner_normals[shown].astype(np.float64) @ np.linalg.pinv(instance.world_from_object[:3, :3]))
-    material = scene.materials[instance.materials[materials[0]]]
-    normal = _pane_normal(corners, cross, shading)
-    if normal is not None:
-        return Glass(PANE, "", corners, shading, material, normal)
+    """None for what does not refract. Seconds for a body of many triangles."""
+    part = _clear_part(scene, instance)
+    if part is None or part.kind == PANE:
+        return part
+    mesh = scene.meshes[instance.mesh]
     reason = ""
-    if material.thin_wall:
+    if part.material.thin_wall:
         reason = "its walls are thin and not flat"
-    elif len(np.unique(slots)) > 1:
+    elif len(np.unique(scene.slots(instance))) > 1:
         reason = "it has several materials"
-    elif len(shown) > MOST_TRIANGLES:
+    elif len(part.corners) > MOST_TRIANGLES:
         reason = f"it has more than {MOST_TRIANGLES} triangles"
     elif not is_closed(mesh.positions, mesh.triangles):
         reason = "it is open"
     if reason:
-        return Glass(OTHER, reason, corners, shading, material)
-    volume = np.einsum("tc,tc->", corners[:, 0] - corners.mean((0, 1)), cross)
-    if volume < 0:  # wound the other way round, or placed by a mirroring matrix
+        return replace(part, reason=reason)
+    corners, shading, cross = part.corners, part.shading, _cross(part.corners)
+    if np.einsum("tc,tc->", corners[:, 0] - corners.mean((0, 1)), cross) < 0:  # wound the other way round, or mirrored by its matrix
         corners, shading, cross = corners[:, ::-1], shading[:, ::-1], -cross
-    shading = np.where(np.einsum("tkc,tc->tk", shading, cross)[..., None] < 0, -shading, shading)
     if not _is_convex(corners, cross):
-        return Glass(OTHER, "it has dents", corners, shading, material)
-    return Glass(SOLID, "", corners, shading, material)
+        return replace(part, reason="it has dents")
+    shading = np.where(np.einsum("tkc,tc->tk", shading, cross)[..., None] < 0, -shading, shading)
+    return replace(part, kind=SOLID, corners=corners, shading=shading)
 
 
 def panes_of(scene: SceneSnapshot) -> tuple[Pane, ...]:
     """Both sides of every pane."""
     found = []
     for index, reflector in enumerate(scene.reflectors()):
-        glass = glass_of(scene, reflector)
+        glass = _clear_part(scene, reflector)
         if glass is None or glass.kind != PANE:
             continue
         points = glass.corners.reshape(-1, 3)
@@ -113,11 +95,31 @@ def panes_of(scene: SceneSnapshot) -> tuple[Pane, ...]:
         through = (1 - loss) / (1 + loss) * max(glass.material.base_color) ** 2
         for normal, top in ((glass.normal, along.max()), (-glass.normal, -along.min())):
             face = points + np.outer(top - points @ normal, normal)
-            middle = face.mean(0)
-            found.append(
-                Pane(index, middle, normal, hull(face, normal), through, through, thickness=thickness, ior=glass.material.ior)
-            )
+            outline, ior = hull(face, normal), glass.material.ior
+            found.append(Pane(index, face.mean(0), normal, outline, through, through, thickness=thickness, ior=ior))
     return tuple(found)
+
+
+def _clear_part(scene: SceneSnapshot, instance: Instance) -> Glass | None:
+    """Its triangles that are glass: a pane, or yet to be told."""
+    clear = [k for k, m in enumerate(instance.materials) if scene.materials[m].refracts]
+    if not clear or not instance.is_reflector:
+        return None
+    mesh, slots = scene.meshes[instance.mesh], scene.slots(instance)
+    shown = np.flatnonzero(np.isin(slots, clear))
+    corners = scene.world_positions(instance)[mesh.triangles[shown]]
+    sized = np.linalg.norm(_cross(corners), axis=-1) > 0
+    shown, corners = shown[sized], corners[sized]
+    if not len(shown) or not np.isfinite(corners).all():
+        return None
+    shading = _unit(mesh.corner_normals[shown].astype(np.float64) @ np.linalg.pinv(instance.world_from_object[:3, :3]))
+    normal = _pane_normal(corners, _cross(corners), shading)
+    material = scene.materials[instance.materials[slots[shown[0]]]]
+    return Glass(OTHER if normal is None else PANE, "", corners, shading, material, normal)
+
+
+def _cross(corners: np.ndarray) -> np.ndarray:
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _pane_normal(corners, cross, shading) -> np.ndarray | None:

@@ -110,7 +110,7 @@ def measure(progress) -> list:
         rows.append(
             row(f"N-{name.lower().replace(' ', '-')}", flip, HALF * flip_before, flip <= HALF * flip_before,
                 f"FLIP against Cycles of {int(where.sum())} pixels ({name}), asked: half of what it was without refraction, {flip_before:.3f}; RMSE "
-                f"{rms:.3f}, without {rms_before:.3f}; answered by live maps FLIP {flip_live:.3f}, RMSE {rms_live:.3f}. {_left(left, name)}")
+                f"{rms:.3f}, without {rms_before:.3f}; answered by live maps FLIP {flip_live:.3f}, RMSE {rms_live:.3f}. {_left(left, name)}".rstrip())
         )  # fmt: skip
         lines.append((name, *(f"{v:.3f}" for v in (flip, flip_before, flip_live, rms, rms_before, rms_live)), f"{left.get(name, 0.0):.0%}"))
     panes = sum(isinstance(tree.mirrors[node.mirror], glass_shapes.Pane) for node in tree.nodes)
@@ -142,4 +142,4 @@ def _errors(look, picture, truth, where) -> tuple[float, float]:
 
 
 def _left(left: dict[str, float], name: str) -> str:
-    return f"Of what enters {left[name]:.0%} is left out." if left.get(name) else "Nothing that it lets through is left out."
+    return f"Of what enters {left[name]:.0%} is left out." if left.get(name) else "No way through it is left out." if name in left else ""

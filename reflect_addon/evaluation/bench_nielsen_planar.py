@@ -36,7 +36,7 @@ DEEP_FLIP = 0.07  # the issue's, at every depth
 DEPTHS = (2, 3, 4, 5, 6, 7, 8)
 # Of the maps, which answer nothing of what is judged but environment's own picture; surfaces and views are made as by default.
 MAPS = {"resolution": 128, "samples": 4, "sky_error": 0}
-TURNS = 5
+TURNS = 15  # frames of some milliseconds scatter by a tenth
 GROWTH = 1.1  # how much more than the views time may grow: what ratios of one run scatter by
 SHOWN = (2, 8)  # depths that are shown
 

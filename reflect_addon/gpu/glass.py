@@ -6,6 +6,8 @@ The ray that leaves a body is answered by the kernel that answers the body's mir
 Scenes without glass compile nothing of this and make no texture.
 """
 
+from functools import cache
+
 from ..core import glass_optics, glass_shapes
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
@@ -14,9 +16,8 @@ from .device import ensure
 from .fill import RAYS, TextureCache, emitted
 from .level_programs import MIRROR_UNIFORMS
 from .program import Program, ProgramInfo, call_text, program
-from .resolve import reflectance_kernel
+from .resolve import BOTH_FACES, both_faces, reflectance_kernel
 
-MIXED = {"mirrored": "reflectance", "tint": "base.rgb"}
 SEEN = (*RAYS, "material_tx", "materials_tx")
 _BODY = {
     "origin": "origin.xyz", "view": "view", "normal": "normal.xyz", "ior": "surface.a", "tint": "base.rgb", "center": "center.xyz", "shape": "shape",
@@ -24,14 +25,10 @@ _BODY = {
 _RAY = {"origin": "way_origin", "direction": "way_direction", "width": "normal.w", "spread": "spread"}
 
 
-def pane_kernel():
-    """What both faces of a pane make of one face's reflectance."""
-    return emit_glsl(record_function(glass_optics.pane, glass_optics.PANE_INPUTS), ("through", "mirrored"), "both_faces")
-
-
+@cache
 def shown_through() -> ProgramInfo:
     """A view's picture as what is seen through its pane."""
-    (source, reflectance_call), kernel = reflectance_kernel(False, True), pane_kernel()
+    (source, reflectance_call), kernel = reflectance_kernel(False, True), both_faces(("through",))
     return ProgramInfo(
         name="reflect_shown_through",
         fragment="shown_through.frag.glsl",
@@ -39,7 +36,7 @@ def shown_through() -> ProgramInfo:
         samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, "picture_tx")),
         outputs=(("VEC4", "through_out"),),
         generated=(
-            ("shading", source + kernel.source), ("reflectance_call", reflectance_call), ("both_faces_call", call_text(kernel, MIXED, "pane_")),
+            ("shading", source + kernel.source), ("reflectance_call", reflectance_call), ("both_faces_call", call_text(kernel, BOTH_FACES, "pane_")),
         ),
         **FULLSCREEN,
     )  # fmt: skip

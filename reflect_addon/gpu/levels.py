@@ -83,7 +83,8 @@ class Levels:
         self._planes = tuple(plane for plane in planes if plane.reflector in chosen)
         live = tuple(c for c in curved if c.reflector in chosen and chosen[c.reflector].settings["curved"])
         side, most = (max(int(s[name]) for s in asked) for name in ("map_side", "maps_per_frame"))
-        self.maps.update(snapshot, surfaces, live, self._planes, side, most, self._settings.depth)
+        mirroring = tuple(plane for plane in self._planes if not isinstance(plane, Pane))
+        self.maps.update(snapshot, surfaces, live, mirroring, side, most, self._settings.depth)
         # Of what is no mirror to mirrors surface radiance holds all that it shows.
         rows = MaterialTable.rows_of(snapshot)
         for row, material in zip(rows, snapshot.materials, strict=False):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import glass_optics, shading
 from ..core.asset import Asset
-from ..core.kernel import emit_glsl, record_function
+from ..core.kernel import GlslKernel, emit_glsl, record_function
 from ..core.look import LINEAR, TABLE_SIDE, TOP, Look
 from ..core.snapshot import SceneSnapshot
 from .background import ANSWERED, BACKGROUND, overlay_info
@@ -20,6 +20,7 @@ from .raymap import surface_info
 from .targets import RayMapTarget, ReflectionTarget
 from .upload import read_texture, texture_from, volume_from
 
+BOTH_FACES = {"mirrored": "reflectance", "tint": "base.rgb"}  # both_faces' inputs as resolve_lib.glsl calls them
 SPACES = ("linear", "display")  # scene-linear; developed and display-encoded, for a PNG
 
 
@@ -60,6 +61,11 @@ def reflectance_kernel(has_metal: bool, has_dielectric: bool) -> tuple[str, str]
         "weight": "weight",
     }
     return kernel.source, call_text(kernel, arguments)
+
+
+def both_faces(wanted: tuple[str, ...]) -> GlslKernel:
+    """What both faces of a pane make of one face's `reflectance`: through, mirrored."""
+    return emit_glsl(record_function(glass_optics.pane, glass_optics.PANE_INPUTS), wanted, "both_faces")
 
 
 class LookTexture:
@@ -215,10 +221,10 @@ class Resolve:
             uniforms.append(("FLOAT", "half_distance"))
         glass_call = glass_light = ""
         if self.plan.glass:
-            faces = emit_glsl(record_function(glass_optics.pane, glass_optics.PANE_INPUTS), ("mirrored",), "mirrored_by_both")
+            faces = both_faces(("mirrored",))
             sources.append(faces.source)
             samplers.append(("FLOAT_2D", "through_tx"))
-            called = call_text(faces, {"mirrored": "reflectance", "tint": "base.rgb"}, "pane_")
+            called = call_text(faces, BOTH_FACES, "pane_")
             glass_call = f"  vec4 through = texelFetch(through_tx, pixel, 0);\n{called}  reflectance = (through.a > 1.5) ? pane_mirrored : reflectance;\n"
             glass_light = (
                 "  resolved.radiance += through.rgb;\n  resolved.covered = min(through.a, 1.0);\n"
