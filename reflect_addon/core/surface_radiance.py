@@ -30,11 +30,11 @@ from .surface_reach import lengths_of
 from .surface_refine import refine
 from .surface_soup import Ask, Lengths, Soup
 
-# surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples:
-# paths for each traced point; surface_angle: radians of the shortest edges as reflectors see them (surface_reach.py), 0:
-# FINEST; surface_cuts: questions for each edge that holds a step (surface_cuts.py), 0: no cuts; surface_triangles: at most
-# about so many, or as many as the objects' own meshes have where those are more; surface_noise: relative standard deviation at a vertex that is wished for
-# (surface_calm.py), 0: as it comes; surface_paths: about so many at most are spent on that.
+# surface_tolerance: relative difference that is left; surface_levels: halvings of an edge, at most; surface_samples: paths for each traced point,
+# fewer where large meshes ask more than surface_paths; surface_angle: radians of the shortest edges as reflectors see them (surface_reach.py), 0:
+# FINEST; surface_cuts: questions for each edge that holds a step (surface_cuts.py), 0: no cuts; surface_triangles: at most about so many, or as
+# many as the objects' own meshes have where those are more; surface_noise: relative standard deviation at a vertex that is wished for
+# (surface_calm.py), 0: as it comes; surface_paths: about so many at most are spent on refining, where FEWEST do, and again on that.
 DEFAULTS = {
     "surface_tolerance": 0.1, "surface_levels": 5, "surface_samples": 16, "surface_angle": 0.0, "surface_cuts": 0,
     "surface_triangles": 1 << 19, "surface_noise": 0.0, "surface_paths": 1 << 23,
@@ -46,6 +46,9 @@ FINEST = 1 / 32
 TWICE = 24
 NOISE_QUANTILE = 0.9
 NOISE_TIMES = 2.0
+# Paths of a question that large meshes have all the same, and questions that refining asks for each corner that a mesh brings (13 in a kitchen).
+FEWEST = 16
+QUESTIONS = 16
 # Where a lamp's vertices are asked, over their distance from its centre.
 WITHIN = 0.9
 # Corners of a vertex whose normals differ by less than this have the same radiance.
@@ -64,7 +67,7 @@ def bake(
 
     is_lamp, center, lamp_lift, through = _lamps(scene, instances)
     mirrors = {k: mirror for k, i in enumerate(instances) if (mirror := mirror_of(scene, i))}
-    samples = int(settings["surface_samples"])
+    samples = paths_of(soup, settings)
 
     def ask(points: np.ndarray, normals: np.ndarray, owner: np.ndarray, face: np.ndarray) -> np.ndarray:
         off = np.maximum(lift, LIFT_ROUNDING * np.abs(points).max(-1, keepdims=True))
@@ -103,6 +106,12 @@ def bake(
     values = calm(soup, values, ask, float(settings["surface_noise"]), int(settings["surface_paths"]) // samples)
     meshes = {i.name: _mesh_of(scene, i, soup, values, soup.owner == k) for k, i in enumerate(instances)}
     return asset_of(scene, meshes, settings)
+
+
+def paths_of(soup: Soup, settings: dict[str, object]) -> int:
+    """Paths of a question: a kitchen of forty thousand triangles would take minutes with what a room of a thousand needs seconds for."""
+    wished, corners = int(settings["surface_samples"]), int(soup.sample.max(initial=-1)) + 1
+    return min(wished, max(int(settings["surface_paths"]) // (QUESTIONS * max(corners, 1)), FEWEST))
 
 
 def _lamps(scene: SceneSnapshot, instances: tuple[Instance, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -246,3 +246,14 @@ def test_nothing_to_bake():
     scene = snapshot(BALL)
     asset = surface_radiance.bake(scene, tracer(scene), (), SETTINGS)
     assert meshes_of(asset) == {} and all(a.size for a in asset.images.values())
+
+
+def test_large_meshes_have_fewer_paths_a_question():
+    """As many as are asked for where that is cheap, and never less than a few, however large the mesh."""
+    counts = []
+    for n in (1, 40, 150):
+        scene = snapshot(BALL, Thing=floor(n))
+        soup = surface_radiance.soup_of(scene, scene.instances[1:])
+        counts.append(surface_radiance.paths_of(soup, {**surface_radiance.DEFAULTS, "surface_samples": 64, "surface_paths": 1 << 20}))
+    assert counts[0] == 64 and 64 > counts[1] > counts[2] == surface_radiance.FEWEST
+    assert surface_radiance.paths_of(soup, SETTINGS) == 1, "what asks for fewer gets them"
