@@ -5,8 +5,8 @@ looks it up by the ray's direction, as if everything were far away: what is near
 Idea. The picture knows the place of what each pixel shows, so each ray is followed across it as those of rough planar mirrors are (mirror_march.py). But
 a ray of a curved mirror starts anywhere on it, often beside the picture or behind its eye, and enters the picture later: it is followed from there.
 Limits. "The back and parts of the sides of the environment are disregarded" (2.3): rays that go there never enter the picture, or leave it before they
-meet anything, and are `found` 0. Of a ball that is looked at from afar, all around equally far, the middle 28 % of its picture are found. What a ray meets
-before it enters the picture is not seen.
+meet anything, and are `found` 0: of a ball's pixels a third is found. What a ray meets before it enters the picture is not seen. What a planar mirror in
+the picture shows is as the reflector's middle sees it there.
 """
 
 from . import mirror_march, spaces

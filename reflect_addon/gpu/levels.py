@@ -156,8 +156,9 @@ class Levels:
         return [asset for asset in gone if asset is not None]
 
     def draw(self, seen: Seen, reflectors: range, bounds, answer):
-        """What mirrors with a view among these reflectors show, into seen.target, within bounds. answer: Answers.draw."""
-        if self.tree is None:
+        """What mirrors with a view among these reflectors show, into seen.target, within bounds; None: they are not seen, and drawn only
+        where that is not culled. answer: Answers.draw."""
+        if self.tree is None or bounds is None and self._settings.culling.frustum:
             return
         drawn = set()
         for index in self.tree.children.get(seen.node, ()):
@@ -167,6 +168,8 @@ class Levels:
                 self._draw_view(index, node, answer)
                 self.shown.draw(mirror, self._camera_of(node), self.targets[node.depth].picture, node, seen, self._per_metre())
                 drawn.add(mirror.reflector)
+        if bounds is None:
+            return
         if self._endless and self.continues:
             drawn |= self._continue(seen, reflectors)
         partly = {mirror.reflector for mirror in self._viewed}  # what no view shows of them is answered with its lamps
@@ -193,6 +196,7 @@ class Levels:
 
     def _draw_view(self, index: int, node: Node, answer):
         """The picture of one view, into its level's targets."""
+        self.counts.views_drawn += 1
         level, corner, window = self.targets[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
         camera = self._camera_of(node)
         mirror, seen = self.tree.mirrors[node.mirror], Seen(camera, level.rays, level.answers, window, index, corner)
@@ -204,7 +208,7 @@ class Levels:
         self.view.set(camera)
         level.picture.clear(window)
         self._surfaces.draw(self.view, camera, level.picture, window, hidden, self._settings.culling.frustum)
-        reflects = self._raymap.any_seen(camera, window)
+        reflects = self._raymap.any_seen(camera, window) or not self._settings.culling.frustum and bool(self.tree.children.get(seen.node))
         live = self.viewport is not None and self.tree is self.passes.main and self.viewport.has(self.tree.nodes[seen.node].path)
         answers = reflects and (depth < self._settings.depth or self._endless)
         if answers or reflects and live:
