@@ -81,7 +81,8 @@ def outline_of(curved: CurvedMirror, camera: Camera) -> np.ndarray | None:
 
 
 def approximate_view(curved: CurvedMirror, camera: Camera, side: int) -> Camera:
-    """The view-dependent map's camera, side x side px, from the ball's middle to whoever looks."""
+    """The view-dependent map's camera, side x side px, from the ball's middle to whoever looks. With WIDE times the texels of a cube map's
+    face along a side it is as fine in its middle."""
     back, _ = _towards(curved, camera)
     up = camera.world_from_camera[:3, 1]
     right = np.cross(back, up)

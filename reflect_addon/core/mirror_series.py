@@ -20,6 +20,7 @@ import numpy as np
 
 from . import mirror_march
 from .camera import Camera
+from .curved_views import CurvedMirror
 from .glass_shapes import Pane
 from .mirror_planes import MirrorPlane
 from .reflection_tree import ROOT, Ended, Tree
@@ -48,13 +49,14 @@ def march(k, scope, picture, **inputs):
     return mirror_march.march(k, scope, **inputs, texel=texel)
 
 
-def branch(tree: Tree, node: int, planes: Sequence[MirrorPlane]) -> dict[int, int]:
-    """Sharp mirror -> its view nearest to `node` on the way from there to the eye, `node` first; PICTURES at most."""
+def branch(tree: Tree, node: int, mirrors: Sequence[MirrorPlane | CurvedMirror]) -> dict[int, int]:
+    """Sharp planar mirror -> its view nearest to `node` on the way from there to the eye, `node` first; PICTURES at most."""
     found: dict[int, int] = {}
     while node != ROOT and len(found) < PICTURES:
-        mirror = tree.nodes[node].mirror
-        if mirror not in found and not isinstance(planes[mirror], Pane) and planes[mirror].roughness[1] == 0:
-            found[mirror] = node
+        index = tree.nodes[node].mirror
+        mirror = mirrors[index]
+        if index not in found and isinstance(mirror, MirrorPlane) and not isinstance(mirror, Pane) and mirror.roughness[1] == 0:
+            found[index] = node
         node = tree.nodes[node].parent
     return found
 

@@ -50,8 +50,11 @@ class Passes:
         return (*(face.tree for face in self.faces), self.main)
 
 
-def view_dependent(camera: Camera, planes: tuple[MirrorPlane, ...], curved: tuple[CurvedMirror, ...], settings: TreeSettings) -> Passes:
-    return Passes(curved, (), grow(camera, (*planes, *curved), settings))
+def view_dependent(
+    camera: Camera, planes: tuple[MirrorPlane, ...], curved: tuple[CurvedMirror, ...], settings: TreeSettings, before: Tree | None = None
+) -> Passes:
+    """before: the last frame's tree, whose sizes are kept while they serve."""
+    return Passes(curved, (), grow(camera, (*planes, *curved), settings, before=before))
 
 
 def view_independent(

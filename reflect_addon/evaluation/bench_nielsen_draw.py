@@ -37,7 +37,7 @@ def measure(progress) -> list:
             progress(0.6 * number / len(SCENES), f"nielsen: baking {name}")
             scenes.append(drawn(name, SIZE, Path(folder)))
         progress(0.6, "nielsen: drawing")
-        rows = [*_passes(scenes), *_times(scenes), _targets(scenes)]
+        rows = [*_passes(scenes), *_view_dependent(scenes), *_times(scenes), _targets(scenes)]
         return [*rows, *culling.table(scenes, _live, lambda share, text: progress(0.8 + 0.2 * share, f"nielsen, {text}"))]
 
 
@@ -68,6 +68,27 @@ def _passes(scenes: list[Drawn]) -> list[dict]:
         row("N-drawn-static", planar_still, counts.STATIC, planar_still == counts.STATIC, "The same while nothing but the camera moves.", paper=counts.STATIC),
         row("N-drawn-faces", faces, counts.FACES, faces == counts.FACES, "Faces of cube maps drawn in a frame in which everything moved.", paper=counts.FACES),
         row("N-drawn-static-faces", faces_still, [0] * 4, not any(faces_still), "The same while nothing but the camera moves."),
+    ]  # fmt: skip
+
+
+def _view_dependent(scenes: list[Drawn]) -> list[dict]:
+    """Fig 5: a view of each mirror for each picture that shows it, curved ones too, in every frame."""
+    found = []
+    for culls in (BACK_FACES_ONLY, NOTHING_CULLED):
+        views = []
+        for scene in scenes:
+            renderer = scene.renderer(culls, curved_views=True, map_side=MAP)
+            renderer.answer(scene.camera, positions=False)
+            views.append(renderer.counts()["views_drawn"])
+            renderer.free()
+        found.append(views)
+    culled, unculled = found
+    return [
+        row("N-drawn-view-dependent", culled, counts.DEPENDENT, culled == counts.DEPENDENT,
+            "Reflections drawn in a frame by the view-dependent method, curved ones by one view each, back faces culled; (a) to (d).",
+            paper=counts.DEPENDENT),
+        row("N-drawn-view-dependent-unculled", unculled, counts.NO_CULLING, unculled == counts.NO_CULLING,
+            "The same without any culling, the mirror that a view was made by left out."),
     ]  # fmt: skip
 
 

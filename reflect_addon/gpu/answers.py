@@ -113,10 +113,10 @@ class Answers:
         target.clear(seen.window)
         for group in self._groups:
             bounds = _common(self._raymap.screen_bounds(seen.camera, range(group.first, group.last + 1)), seen.window)
+            self.levels.draw(seen, range(group.first, group.last + 1), bounds, self.draw)
             if bounds is None:
                 continue
             rough = group.is_rough
-            self.levels.draw(seen, range(group.first, group.last + 1), bounds, self.draw)
             if self._projects(group):
                 shown = [i for i in self._sharp(group) if self._is_large(seen.camera, i)]
                 self.projector.draw(seen.camera, seen.rays, target, group.asset, shown, bounds)

@@ -17,7 +17,8 @@ class Counts:
     readbacks: int = 0  # images read back to the CPU
     searches: int = 0  # of reflection points
     captures: int = 0  # stand-ins drawn again because something moved
-    views: int = 0  # mirrored views drawn
+    views: int = 0  # mirrored views of the schedule
+    views_drawn: int = 0  # of these, those whose mirrors' box is seen in the picture that would show them, or that are not culled by it
     faces: int = 0  # of cube maps drawn
     views_culled: int = 0  # and not drawn (core/reflection_tree.py)
     energy_left_out: float = 0.0  # of those, share of the picture's light

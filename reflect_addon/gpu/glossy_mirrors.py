@@ -1,10 +1,12 @@
-"""Rough planar mirrors: each pixel's lobe is looked up in the picture of the mirror's view, by a march a ray (core/mirror_march.py).
+"""Rough planar mirrors, and curved ones: rays are looked up in the picture of the mirror's view, by a march a ray (core/mirror_march.py).
 
 Rays of core/lobe_rays.py; what the view does not show of them the kernel of the mirror's asset answers, as it does for mirrors without a view.
-Sharp mirrors have no part in this: levels.py hands over rough ones only, and no texture is made for either.
+Sharp planar mirrors have no part in this: levels.py hands over rough ones only, and no texture is made for either.
+Of a curved mirror's rays few start in its picture (core/curved_march.py); a pixel of which nothing is seen there is left to the fill that
+comes after.
 """
 
-from ..core import lobe_rays, mirror_march, spaces
+from ..core import curved_march, lobe_rays, mirror_march, spaces
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
 from ..core.methods import recursive
@@ -27,13 +29,12 @@ _MARCH = {
 
 
 class GlossyMirror:
-    """The program of one asset's rough mirrors, and what its kernel reads."""
+    """The program of one asset's rough mirrors, or of its curved ones, and what its kernel reads."""
 
-    def __init__(self, asset: Asset, beside: str | None, textures: TextureCache):
+    def __init__(self, asset: Asset, beside: str | None, textures: TextureCache, curved: bool):
         kernel = emitted(recursive.trace, asset, ("radiance", "coverage", "position"))
-        march = emit_glsl(
-            record_function(mirror_march.march, mirror_march.INPUTS, mirror_march.IMAGES), ("radiance", "distance", "found"), "march_mirror", prefix=""
-        )
+        by, arguments = (curved_march, {**_MARCH, "nearest": "nearest"}) if curved else (mirror_march, _MARCH)
+        march = emit_glsl(record_function(by.march, by.INPUTS, by.IMAGES), ("radiance", "distance", "found"), "march_mirror", prefix="")
         outputs, store = stored(beside)
         self.asset, self._textures, self._name = asset, textures, kernel.block_name
         self._images = {sampler: asset.images[name] for name, sampler in kernel.images.items()}
@@ -43,14 +44,16 @@ class GlossyMirror:
             name="reflect_glossy_mirror",
             fragment="glossy_mirror.frag.glsl",
             blocks=(VIEW_BLOCK, *blocks),
-            uniforms=(*MIRROR_UNIFORMS, ("VEC4", "window"), ("VEC3", "rays_for"), ("FLOAT", "reach")),
+            uniforms=(
+                *MIRROR_UNIFORMS, ("VEC4", "window"), ("VEC3", "rays_for"), ("FLOAT", "reach"), *((("FLOAT", "nearest"),) if curved else ()),
+            ),
             samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, *self._images)),
             outputs=(("VEC4", "radiance_out"), *outputs),
             generated=(
-                ("kernel", kernel.source), ("march", march.source), *lobe_parts(), ("march_call", call_text(march, _MARCH, "march_")),
+                ("kernel", kernel.source), ("march", march.source), *lobe_parts(), ("march_call", call_text(march, arguments, "march_")),
                 ("call", call_text(kernel, LOBE_RAY, "hit_")), ("store_answer", store),
             ),
-            defines=(("STATUS_HIT", f"{spaces.STATUS_HIT:.1f}"),),
+            defines=(("STATUS_HIT", f"{spaces.STATUS_HIT:.1f}"), ("CURVED", "true" if curved else "false")),
             depth="ANY",
             **FULLSCREEN,
         )  # fmt: skip

@@ -1,5 +1,5 @@
-"""The programs of mirrored views (levels.py): surfaces that carry their light, the sky behind them, and a view's picture as its mirror's
-answer."""
+"""The programs of mirrored views (levels.py): surfaces that carry their light, the sky behind them, what reflectors among them add, and a
+view's picture as its mirror's answer."""
 
 from ..core import spaces
 from ..core.asset import Asset
@@ -40,6 +40,25 @@ def shown_in(beside: str | None) -> ProgramInfo:
         depth="ANY",
         **FULLSCREEN,
     )
+
+
+def add_light(level, window, resolve, materials, batch, counts: Counts):
+    """What the reflectors of a view make of their answers, onto its picture within window. level: its targets (level_targets.Level);
+    resolve, materials: what makes light of answers (resolve.py), and of whose rows."""
+    gpu, target = ensure(), level.picture.lit
+    with target.bind():
+        target.viewport_set(0, 0, level.rays.width, level.rays.height)
+        gpu.state.blend_set("ALPHA_PREMULT")
+        gpu.state.depth_test_set("NONE")
+        gpu.state.scissor_set(*window)
+        gpu.state.scissor_test_set(True)
+        shader = resolve.level_program()
+        shader.bind()
+        resolve.bind_level(shader, level.rays, level.answers, materials)
+        shader.draw(batch)
+        gpu.state.scissor_test_set(False)
+        gpu.state.blend_set("NONE")
+    counts.passes += 1
 
 
 class Sky:

@@ -1,10 +1,11 @@
 """Mirrors in mirrors, drawn [nielsen-2002 3.1, Fig 4]: each level is a picture made by the passes that make the window's.
 
-The schedule (core/reflection_tree.py) says which views there are. Where a picture's ray map shows a planar mirror, the view of that mirror is drawn
+The schedule (core/reflection_tree.py) says which views there are. Where a picture's ray map shows a mirror that has one, that view is drawn
 into its level's targets: the surfaces with what they send out, the rays of the reflectors among them, the answers to these (answers.py,
 which calls here for the next level), and what the reflectors make of the answers. Then the pixels of the mirror take the view's
 radiance and places over as their own ray's answer (shown_mirrors.py), and the targets (level_targets.py) are free for the next mirror of the
 level (Fig 3).
+A curved mirror's one view (core/curved_views.py) is drawn like a planar one's, from the mirror's middle and without the mirror itself.
 Lamps hide nothing and are no surfaces: each ray adds them (virtual_lamps.py). Where no view is drawn, the reflector's kernel answers.
 """
 
@@ -16,17 +17,19 @@ import numpy as np
 from ..core.asset import Asset, asset_of
 from ..core.camera import Camera
 from ..core.clear_of_mirror import clear_of
+from ..core.curved_views import WIDE, CurvedMirror
 from ..core.glass_shapes import Pane
 from ..core.methods import recursive
 from ..core.mirror_series import branch, continued, rows_of
 from ..core.mirrors import ROUGHEST
-from ..core.reflection_passes import Passes, view_independent
+from ..core.reflection_passes import Passes, view_dependent, view_independent
 from ..core.reflection_tree import Culling, Node, Tree, TreeSettings
 from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .cube_maps import CubeMaps
 from .device import ensure
 from .fill import TextureCache
+from .level_programs import add_light
 from .level_surfaces import LevelSurfaces
 from .level_targets import Level, LevelTargets, Seen
 from .mirror_series import MirrorSeries
@@ -46,6 +49,7 @@ class Levels:
         self._surfaces = LevelSurfaces(counts, textures, batch)
         self.targets = LevelTargets(counts)
         self._planes: tuple = ()
+        self._viewed: tuple[CurvedMirror, ...] = ()  # the curved mirrors that have one view for each picture that shows them
         self._looked_for: tuple | None = None  # what mirrors were looked for in, and those found
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
@@ -61,7 +65,7 @@ class Levels:
         self._raymap, self._scene = raymap, snapshot
         own = [asset_of(assets, r) for r in snapshot.reflectors()]
         chosen = {i: asset for i, asset in enumerate(own) if asset is not None and asset.kind == recursive.NAME and surfaces is not None}
-        self._planes, self._settings, self._assets = (), None, chosen
+        self._planes, self._viewed, self._settings, self._assets = (), (), None, chosen
         self._series.keep_only(chosen.values())
         self.shown.update(snapshot, chosen, materials)
         sky = next((recursive.sky_of(asset) for asset in chosen.values()), None)
@@ -76,12 +80,13 @@ class Levels:
         culls = [recursive.culling_of(s) for s in asked]
         self._settings = TreeSettings(
             depth=max(int(s["depth"]) for s in asked), least_energy=min(float(s["least_energy"]) for s in asked),
+            side=int(WIDE * max(int(s["map_side"]) for s in asked)),
             culling=Culling(*(all(getattr(c, f.name) for c in culls) for f in fields(Culling))),
         )  # fmt: skip
         self._endless = any(bool(s["endless"]) for s in asked)
         planes, curved = self._mirrors_of(snapshot)
         self._planes = tuple(plane for plane in planes if plane.reflector in chosen)
-        live = tuple(c for c in curved if c.reflector in chosen and chosen[c.reflector].settings["curved"])
+        self._viewed, live = recursive.answered_by(curved, dict(zip(chosen, asked, strict=True)))
         side, most = (max(int(s[name]) for s in asked) for name in ("map_side", "maps_per_frame"))
         mirroring = tuple(plane for plane in self._planes if not isinstance(plane, Pane))
         self.maps.update(snapshot, surfaces, live, mirroring, side, most, self._settings.depth)
@@ -105,7 +110,7 @@ class Levels:
     @property
     def draws(self) -> bool:
         """Whether there are mirrors to be drawn."""
-        return bool(self._planes or self.maps.curved)
+        return bool(self._planes or self.maps.curved or self._viewed)
 
     @property
     def has_panes(self) -> bool:
@@ -116,7 +121,7 @@ class Levels:
         if self.draws:
             self._surfaces.prepare()
             self._surfaces.lamps.prepare(beside)
-            self.shown.prepare(self._planes, beside)
+            self.shown.prepare((*self._planes, *self._viewed), beside)
             if self._endless:
                 self._series.prepare(self._planes, self._assets, resolve, beside, self._surfaces.lamps)
         self.maps.prepare()
@@ -125,17 +130,20 @@ class Levels:
         """The views of the next picture, and of the cube maps before it. resolve: what makes light of answers (resolve.py), which reads
         distances where it `attenuates`."""
         self._resolve, self._beside = resolve, "distance" if attenuates else None
-        self.tree = self.passes = None
+        before, self.tree, self.passes = self.tree, None, None
         self.triangles.clear()
         if self.draws:
-            remade = self.maps.due(camera, self._settings.culling.size)
-            self.passes = view_independent(camera, self._planes, self.maps.curved, self._settings, remade, border=1)
-            self.maps.make_room({*remade.values()})
+            if self._viewed:
+                self.passes = view_dependent(camera, self._planes, self._viewed, self._settings, before)
+            else:
+                remade = self.maps.due(camera, self._settings.culling.size)
+                self.passes = view_independent(camera, self._planes, self.maps.curved, self._settings, remade, border=1)
+                self.maps.make_room({*remade.values()})
             self.tree = self.passes.main
             nodes = tuple(node for tree in self.passes.trees for node in tree.nodes)
             self.targets.make_room((camera.width, camera.height), nodes, self._beside, self._settings.culling.size)
             if self.viewport is not None:
-                self.viewport.want(self.tree, self._planes)
+                self.viewport.want(self.tree)
             self.counts.faces += len(self.passes.faces)
             for tree in self.passes.trees:
                 self.counts.views += len(tree.nodes)
@@ -158,26 +166,30 @@ class Levels:
         return [asset for asset in gone if asset is not None]
 
     def draw(self, seen: Seen, reflectors: range, bounds, answer):
-        """What planar mirrors among these reflectors show, into seen.target, within bounds. answer: Answers.draw."""
-        if self.tree is None:
+        """What mirrors with a view among these reflectors show, into seen.target, within bounds; None: they are not seen, and drawn only
+        where that is not culled. answer: Answers.draw."""
+        if self.tree is None or bounds is None and self._settings.culling.frustum:
             return
         drawn = set()
         for index in self.tree.children.get(seen.node, ()):
             node = self.tree.nodes[index]
-            plane = self._planes[node.mirror]
-            if plane.reflector in reflectors:
+            mirror = self.tree.mirrors[node.mirror]
+            if mirror.reflector in reflectors:
                 self._draw_view(index, node, answer)
-                self.shown.draw(plane, self._camera_of(node), self.targets[node.depth].picture, node, seen, self._per_metre())
-                if not isinstance(plane, Pane):
-                    drawn.add(plane.reflector)
+                self.shown.draw(mirror, self._camera_of(node), self.targets[node.depth].picture, node, seen, self._per_metre())
+                if not isinstance(mirror, Pane):
+                    drawn.add(mirror.reflector)
+        if bounds is None:
+            return
         if self._endless and self.continues:
             drawn |= self._continue(seen, reflectors)
+        partly = {mirror.reflector for mirror in self._viewed}  # what no view shows of them is answered with its lamps
         for reflector in sorted(drawn):
-            self._surfaces.lamps.draw(seen.rays, seen.target, reflector, self._per_metre(), bounds)
+            self._surfaces.lamps.draw(seen.rays, seen.target, reflector, self._per_metre(), bounds, reflector not in partly)
 
     def _continue(self, seen: Seen, reflectors: range) -> set[int]:
         """The mirrors among them without a view, by the pictures of the branch. Returns their reflectors."""
-        found = branch(self.tree, seen.node, self._planes)
+        found = branch(self.tree, seen.node, self.tree.mirrors)
         ended = [one for one in continued(self.tree, seen.node, found) if self._planes[one.mirror].reflector in reflectors]
         if ended:
             pictures = [self._picture_of(self.tree.nodes[index]) for index in found.values()]
@@ -195,12 +207,15 @@ class Levels:
 
     def _draw_view(self, index: int, node: Node, answer):
         """The picture of one view, into its level's targets."""
+        self.counts.views_drawn += 1
         level, corner, window = self.targets[node.depth], node.drawn[:2], (0, 0, *node.drawn[2:])
         camera = self._camera_of(node)
-        plane, near = self._planes[node.mirror], 0.0
-        if node.depth > 1 and self._settings.culling.coarse_meshes:
-            near = abs(float((camera.world_from_camera[:3, 3] - plane.origin) @ plane.normal))
-        self._draw_picture(level, camera, window, node.depth, Seen(camera, level.rays, level.answers, window, index, corner), answer, near=near)
+        mirror, seen, near = self.tree.mirrors[node.mirror], Seen(camera, level.rays, level.answers, window, index, corner), 0.0
+        is_curved = isinstance(mirror, CurvedMirror)
+        if node.depth > 1 and self._settings.culling.coarse_meshes and not is_curved:
+            near = abs(float((camera.world_from_camera[:3, 3] - mirror.origin) @ mirror.normal))
+        hidden = self._scene.reflectors()[mirror.reflector].name if is_curved else ""
+        self._draw_picture(level, camera, window, node.depth, seen, answer, hidden, near)
 
     def _draw_picture(self, level, camera: Camera, window, depth: int, seen: Seen, answer, hidden: str = "", near: float = 0.0):
         """What a camera sees, into a level's targets or a cube face's. hidden: an instance that it does not see; near: as LevelSurfaces.draw takes it."""
@@ -208,7 +223,7 @@ class Levels:
         level.picture.clear(window)
         cull = self._settings.culling.frustum
         self.triangles[depth] += self._surfaces.draw(self.view, camera, level.picture, window, hidden, near, cull)
-        reflects = self._raymap.any_seen(camera, window)
+        reflects = self._raymap.any_seen(camera, window) or not cull and bool(self.tree.children.get(seen.node))
         live = self.viewport is not None and self.tree is self.passes.main and self.viewport.has(self.tree.nodes[seen.node].path)
         answers = reflects and (depth < self._settings.depth or self._endless)
         if answers or reflects and live:
@@ -218,29 +233,14 @@ class Levels:
             self.viewport.put(self.tree.nodes[seen.node].path, level.picture, window, level.rays if reflects else None)
         if answers:
             answer(seen)
-            self._light(level, window)
-
-    def _light(self, level: Level, window):
-        """Adds what the reflectors of a view make of their answers."""
-        gpu, target = ensure(), level.picture.lit
-        with target.bind():
-            target.viewport_set(0, 0, level.rays.width, level.rays.height)
-            gpu.state.blend_set("ALPHA_PREMULT")
-            gpu.state.depth_test_set("NONE")
-            gpu.state.scissor_set(*window)
-            gpu.state.scissor_test_set(True)
-            shader = self._resolve.level_program()
-            shader.bind()
-            self._resolve.bind_level(shader, level.rays, level.answers, self._mirrors)
-            shader.draw(self._batch)
-            gpu.state.scissor_test_set(False)
-            gpu.state.blend_set("NONE")
-        self.counts.passes += 1
+            add_light(level, window, self._resolve, self._mirrors, self._batch, self.counts)
 
     def _camera_of(self, node: Node) -> Camera:
         """Of the part of a view that is drawn, as large as its target."""
-        plane = self._planes[node.mirror]
-        return clear_of(node.camera, plane.beyond if isinstance(plane, Pane) else plane).part(*node.drawn[:2], *self.targets[node.depth].size)
+        mirror, camera = self.tree.mirrors[node.mirror], node.camera
+        if not isinstance(mirror, CurvedMirror):
+            camera = clear_of(camera, mirror.beyond if isinstance(mirror, Pane) else mirror)
+        return camera.part(*node.drawn[:2], *self.targets[node.depth].size)
 
     def _per_metre(self) -> float:
         """The unit of depth in reflection buffers: the scene's size."""

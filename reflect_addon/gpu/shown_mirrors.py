@@ -1,11 +1,13 @@
 """A view's picture becomes its mirror's answer: the pixels of the mirror take the view's radiance and places over, in the picture that shows it.
 
-Sharp mirrors pixel for pixel, rough ones ray by ray of each pixel's lobe (glossy_mirrors.py); of panes of glass the pixels behind them (glass.py).
+Sharp planar mirrors pixel for pixel, rough ones ray by ray of each pixel's lobe, and curved ones ray by ray (glossy_mirrors.py); of panes of glass
+the pixels behind them (glass.py).
 """
 
 import numpy as np
 
 from ..core.asset import Asset
+from ..core.curved_views import NEAR, CurvedMirror
 from ..core.glass_shapes import Pane
 from ..core.mirror_planes import MirrorPlane
 from ..core.snapshot import SceneSnapshot
@@ -37,27 +39,27 @@ class ShownMirrors:
     def __init__(self, counts: Counts, textures: TextureCache, batch, most_rays: int):
         self._counts, self._textures, self._batch, self._most_rays = counts, textures, batch, most_rays
         self._view = View()
-        self.glossy: dict[tuple[int, str | None], GlossyMirror] = {}  # by asset and what stands beside radiance
+        self.glossy: dict[tuple[int, str | None, bool], GlossyMirror] = {}  # by asset, what stands beside radiance, whether curved
 
     def update(self, snapshot: SceneSnapshot, assets: dict[int, Asset], materials: MaterialTable):
         """assets: by reflector, those that have mirrors."""
         self._scene, self._assets, self._materials = snapshot, assets, materials
         self.glossy = {key: made for key, made in self.glossy.items() if any(made.asset is asset for asset in assets.values())}
 
-    def prepare(self, planes: tuple[MirrorPlane, ...], beside: str | None):
+    def prepare(self, mirrors: tuple[MirrorPlane | CurvedMirror, ...], beside: str | None):
         """Compile now."""
         program(shown_in(beside), self._counts)
-        for plane in planes:
-            if isinstance(plane, Pane):
+        for mirror in mirrors:
+            if isinstance(mirror, Pane):
                 program(shown_through(), self._counts)
-            elif plane.roughness[1] > 0:
-                self._glossy_mirror(plane.reflector, beside).prepare()
+            elif isinstance(mirror, CurvedMirror) or mirror.roughness[1] > 0:
+                self._glossy_mirror(mirror, beside).prepare()
 
-    def draw(self, plane: MirrorPlane, camera, picture: LevelTarget, node, seen: Seen, per_metre: float):
+    def draw(self, mirror: MirrorPlane | CurvedMirror, camera, picture: LevelTarget, node, seen: Seen, per_metre: float):
         """The view's radiance and places, as answers to the rays of the mirror's pixels in the picture that shows it. camera: of the view's picture;
         per_metre: unit of depth in reflection buffers."""
         gpu, target, (x, y, width, height) = ensure(), seen.target, node.window
-        is_pane = isinstance(plane, Pane)
+        is_pane = isinstance(mirror, Pane)
         framebuffer = target.through.framebuffer if is_pane else target.framebuffer
         with framebuffer.bind():
             framebuffer.viewport_set(0, 0, target.width, target.height)
@@ -66,12 +68,18 @@ class ShownMirrors:
             gpu.state.depth_mask_set(not is_pane)
             gpu.state.scissor_set(x - seen.corner[0], y - seen.corner[1], width, height)
             gpu.state.scissor_test_set(True)
-            if is_pane:
-                shader = self._through(seen, picture)
+            if isinstance(mirror, CurvedMirror):
+                shader = self._by_rays(mirror, camera, node, seen, picture)
+                shader.set("nearest", NEAR * mirror.radius)
+                shader.set("plane_origin", (0.0,) * 4)
+                shader.set("plane_normal", (0.0, 0.0, 0.0, mirror.reflector))
             else:
-                shader = self._rough(plane, camera, node, seen, picture) if plane.roughness[1] > 0 else self._sharp(seen, picture)
-            shader.set("plane_origin", (*plane.origin, near_plane(plane, seen.camera)))
-            shader.set("plane_normal", (*plane.normal, plane.reflector))
+                if is_pane:
+                    shader = self._through(seen, picture)
+                else:
+                    shader = self._by_rays(mirror, camera, node, seen, picture) if mirror.roughness[1] > 0 else self._sharp(seen, picture)
+                shader.set("plane_origin", (*mirror.origin, near_plane(mirror, seen.camera)))
+                shader.set("plane_normal", (*mirror.normal, mirror.reflector))
             shader.set("sizes_per_metre", per_metre)
             shader.set("offset", tuple(node.finer * seen.corner[axis] - node.drawn[axis] for axis in (0, 1)))
             shader.draw(self._batch)
@@ -99,19 +107,20 @@ class ShownMirrors:
         shader.image("picture_tx", picture.color_tx)
         return shader
 
-    def _rough(self, plane: MirrorPlane, camera, node, seen: Seen, picture: LevelTarget) -> Program:
+    def _by_rays(self, mirror: MirrorPlane | CurvedMirror, camera, node, seen: Seen, picture: LevelTarget) -> Program:
         """Ray by ray of each pixel's lobe."""
         self._view.set(camera)
-        made = self._glossy_mirror(plane.reflector, seen.target.beside)
+        made = self._glossy_mirror(mirror, seen.target.beside)
         far = 4.0 * (self._scene.diagonal() + np.linalg.norm(node.camera.world_from_camera[:3, 3]))
         window = (0, 0, *node.drawn[2:])
         return made.bind(self._view, seen.rays, picture, self._materials, window, self._most_rays, self._view.footprint, far, node.finer)
 
-    def _glossy_mirror(self, reflector: int, beside: str | None) -> GlossyMirror:
-        asset = self._assets[reflector]
-        if (id(asset), beside) not in self.glossy:
-            self.glossy[id(asset), beside] = GlossyMirror(asset, beside, self._textures)
-        return self.glossy[id(asset), beside]
+    def _glossy_mirror(self, mirror: MirrorPlane | CurvedMirror, beside: str | None) -> GlossyMirror:
+        asset = self._assets[mirror.reflector]
+        key = id(asset), beside, isinstance(mirror, CurvedMirror)
+        if key not in self.glossy:
+            self.glossy[key] = GlossyMirror(asset, beside, self._textures, curved=key[2])
+        return self.glossy[key]
 
     def free(self):
         self.glossy = {}

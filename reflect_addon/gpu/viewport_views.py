@@ -84,6 +84,11 @@ class Asked:
         return other is not None and self.state == other.state and np.array_equal(self.camera.clip_from_world(), other.camera.clip_from_world())
 
 
+def _is_flat(mirror) -> bool:
+    """Whether a view of it is a mirrored one."""
+    return isinstance(mirror, MirrorPlane) and not isinstance(mirror, Pane)
+
+
 class ViewportViews:
     """The pictures of one 3D view's mirrors."""
 
@@ -97,11 +102,12 @@ class ViewportViews:
         self.seconds = 0.0  # what a picture took last
         self.drawn = 0  # pictures so far
 
-    def want(self, tree: Tree, planes: tuple[MirrorPlane, ...]):
+    def want(self, tree: Tree):
         """The frame that is drawn now shows this tree."""
         most = max(tree.root.width, tree.root.height)
-        strongest = sorted(tree.nodes, key=lambda node: -node.energy)[:VIEWS]
-        cameras = {node.path: frontal(node.camera, planes[node.mirror], node.polygon, most) for node in strongest if node.facing and not isinstance(planes[node.mirror], Pane)}
+        flat = (node for node in tree.nodes if node.facing and _is_flat(tree.mirrors[node.mirror]))
+        strongest = sorted(flat, key=lambda node: -node.energy)[:VIEWS]
+        cameras = {node.path: frontal(node.camera, tree.mirrors[node.mirror], node.polygon, most) for node in strongest}
         self._before = self._wanted
         self._wanted = {path: Asked(camera, self.state) for path, camera in cameras.items() if camera is not None}
         self._kept = {path: kept for path, kept in self._kept.items() if path in self._wanted}

@@ -38,8 +38,9 @@ class Lamps:
         self._batch = gpu.types.GPUBatch(type="TRIS", buf=buffer)
         self.bytes = corners.nbytes + rows.nbytes
 
-    def draw(self, rays, target: ReflectionTarget, reflector: int, sizes_per_metre: float, bounds):
-        """As virtual_draw.Drawing.draw, of a reflector by its index."""
+    def draw(self, rays, target: ReflectionTarget, reflector: int, sizes_per_metre: float, bounds, alone: bool = True):
+        """As virtual_draw.Drawing.draw, of a reflector by its index. alone: also where nothing was drawn; False: there the fill that
+        comes after answers with all its lamps."""
         if not len(self.rows):
             return
         gpu = ensure()
@@ -49,11 +50,11 @@ class Lamps:
             gpu.state.depth_test_set("LESS")
             gpu.state.scissor_set(*bounds)
             gpu.state.scissor_test_set(True)
-            for alone in (False, True):
+            for without in (False, True) if alone else (False,):
                 # A position is stored with a status of 1, which takes the place of what was there.
-                gpu.state.blend_set("NONE" if alone else "ALPHA_PREMULT" if target.beside == "position" else "ADDITIVE_PREMULT")
-                gpu.state.depth_mask_set(alone)
-                shader = self._program(target.beside, alone)
+                gpu.state.blend_set("NONE" if without else "ALPHA_PREMULT" if target.beside == "position" else "ADDITIVE_PREMULT")
+                gpu.state.depth_mask_set(without)
+                shader = self._program(target.beside, without)
                 shader.bind()
                 shader.set("reflector", (reflector, sizes_per_metre))
                 for name, texture in zip(RAYS[:2], rays.textures, strict=False):

@@ -27,6 +27,12 @@ def test_passes_are_the_papers(balls):
     assert ours == {"N-drawn-dynamic": [19], "N-drawn-static": [1], "N-drawn-faces": [18], "N-drawn-static-faces": [0]}
 
 
+def test_view_dependent_passes_are_the_papers(balls):
+    """(b) alone: 16, with back faces culled and without; three balls, the floor in each, and they and the floor's balls in each other."""
+    ours = {row["id"]: row["ours"] for row in bench_nielsen_draw._view_dependent([balls])}
+    assert ours == {"N-drawn-view-dependent": [16], "N-drawn-view-dependent-unculled": [16]}
+
+
 def test_a_level_has_one_set_of_targets(balls):
     row = bench_nielsen_draw._targets([balls])
     assert row["holds"] and row["ours"][0] > 0

@@ -7,7 +7,8 @@ from there, until a depth is reached (3.1, Fig 4). One target per level is enoug
     decided before anything is drawn (reflection_tree.py): by what is seen, how large, and how strong a mirror still is.
   * A level is a picture like the window's (gpu/levels.py), so what is curved is answered in it by its own asset's kernel.
   * A curved reflector is answered by its own distance maps as baked, or by a cube map that is drawn when something moved, with the planar
-    mirrors in it and the other curved ones by the maps that they have (3.2, Fig 6; live_maps.py, map_updates.py).
+    mirrors in it and the other curved ones by the maps that they have (3.2, Fig 6; live_maps.py, map_updates.py), or by one view from
+    its middle for each picture that shows it, of which nothing is kept (2.3, Fig 5; curved_views.py, curved_march.py).
   * Glass, the paper's future work: a pane shows the view through it, a level more (pane_view.py); a solid convex body bends rays (glass_optics.py),
     and those that leave it are answered as its mirrored rays are.
   * Behind the surfaces of a view is the sky, a map by direction traced with everything hidden: views know that a ray meets nothing.
@@ -65,15 +66,18 @@ SETTINGS = {
                       "Without it these show no reflection, as a renderer whose glossy bounces end there", advanced=True, drawn=True),
     "curved": Setting("Live Cube Maps", "Answer curved reflectors by cube maps that are drawn when something moves, with mirrors in them, "
                       "instead of by distance maps as baked", drawn=True),
-    "map_side": Setting("Map Side", "Texels along an edge of a live cube map, at most", low=16, high=1024, power_of_two=True, advanced=True,
-                        drawn=True),
+    "curved_views": Setting("Views of Curved Mirrors", "Answer curved reflectors by one wide view of what is before them, drawn in every "
+                            "frame for each picture that shows them; what lies beside and behind by distance maps. Instead of live cube maps",
+                            drawn=True),
+    "map_side": Setting("Map Side", "Texels along an edge of a live cube map, and pixels of half of a curved mirror's view, at most", low=16,
+                        high=1024, power_of_two=True, advanced=True, drawn=True),
     "maps_per_frame": Setting("Maps a Frame", "Live cube maps that a frame makes at most, six views of the scene each; others show what "
                               "they had, those with the largest error being next", soft_high=8, advanced=True, drawn=True),
     **{f"cull_{name}": Setting(*words, advanced=True, drawn=True) for name, words in CULLING.items()},
 }  # fmt: skip
 DEFAULTS = {
-    **environment.DEFAULTS, "depth": 3, "least_energy": 1e-4, "endless": True, "curved": False, "map_side": 128, "maps_per_frame": 1,
-    **{f"cull_{name}": True for name in CULLING},
+    **environment.DEFAULTS, "depth": 3, "least_energy": 1e-4, "endless": True, "curved": False, "curved_views": False, "map_side": 128,
+    "maps_per_frame": 1, **{f"cull_{name}": True for name in CULLING},
 }  # fmt: skip
 
 
@@ -117,6 +121,15 @@ def drawn_mirrors(scene: SceneSnapshot) -> tuple[tuple[MirrorPlane, ...], tuple[
     """The planar mirrors that are smooth enough for a view, with the panes, and the curved ones, which may have a cube map."""
     planes = planes_of(scene)
     return (*(plane for plane in planes if plane.roughness[1] <= ROUGHEST), *panes_of(scene)), curved_of(scene, planes)
+
+
+def answered_by(
+    curved: tuple[CurvedMirror, ...], asked: dict[int, dict[str, object]]
+) -> tuple[tuple[CurvedMirror, ...], tuple[CurvedMirror, ...]]:
+    """(curved mirrors with a view for each picture that shows them, those with a live cube map): all of one kind, views where one asks
+    for them. asked: settings by reflector."""
+    viewed, live = (tuple(c for c in curved if c.reflector in asked and asked[c.reflector][name]) for name in ("curved_views", "curved"))
+    return viewed, () if viewed else live
 
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
