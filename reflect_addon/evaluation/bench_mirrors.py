@@ -96,8 +96,9 @@ def _enabled(frames: dict[int, scenes.Frame]) -> list[dict]:
     # The frame without reflectors is as long as a tenth of what the nine cover, or so.
     pieces = [(empty.work(), 0.1 * covered[-1]), *((f.work(), c) for f, c in zip(frames.values(), covered, strict=True))]
     times = _times(pieces)
-    each = np.median(times.ms[1:] / times.ms[1], axis=1) * covered[0] / covered
-    net = np.median((times.ms[1:] - times.ms[0]) / (times.ms[1] - times.ms[0]), axis=1) * covered[0] / covered
+    ms = times.ms[:, times.ms[1] > times.ms[0]]  # turns in which the one reflector took a measurable time
+    each = np.median(ms[1:] / ms[1], axis=1) * covered[0] / covered
+    net = np.median((ms[1:] - ms[0]) / (ms[1] - ms[0]), axis=1) * covered[0] / covered
     fps = np.array(list(ENABLED.values()), float)
     what = f"R = {', '.join(map(str, ENABLED))}, D = 1, {scenes.SIZE[0]}x{scenes.SIZE[1]}, covering {', '.join(f'{c:.0f}' for c in covered)} pixels"
     return [

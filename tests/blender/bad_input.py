@@ -17,7 +17,7 @@ from reflect_addon.evaluation import evaluate
 # Small enough for many runs, and every method.
 TINY = ("--resolution", "16", "--set", "samples=1", "--set", "texels=16")
 TINY_ALL = (*TINY, "--set", "views=2", "--set", "view_texels=16", "--set", "map_texels=16",
-            "--set", "surface_levels=1", "--set", "surface_samples=1")  # for all methods together
+            "--set", "surface_levels=1", "--set", "surface_samples=1", "--set", "surface_noise=0.0")  # for all methods together
 BAKE = ("--methods", "all", *TINY_ALL)
 FRAME = ("--size", "24x24", "--samples", "1")
 # What bad input does to each verb that opens a scene; the output comes first.

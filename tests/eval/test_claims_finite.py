@@ -34,7 +34,7 @@ OPEN = ("teapots", "contact")
 SCALES = (1e-3, 1.0, 1e4)
 COVERING = {("teapots", 1e4), ("contact", 1e-3), ("kitchen", 1e4), ("columns", 1e-3), ("columns", 1.0)}
 SETTINGS = {"resolution": 16, "samples": 1, "texels": 8, "sky_error": 0, "maps": 1, "turns": 6,
-            "views": 4, "view_texels": 16, "map_texels": 16, "surface_samples": 1}
+            "views": 4, "view_texels": 16, "map_texels": 16, "surface_samples": 1, "surface_tolerance": 0.1, "surface_noise": 0.0}
 WIDTH, HEIGHT = 32, 24
 # Reflectors that are baked; the first one's assets answer for the others. Each costs three traces.
 BAKED = 2
