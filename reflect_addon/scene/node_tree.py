@@ -16,10 +16,12 @@ class TreeBuilder:
         self._parts: dict[str, tuple] = {}
         self._rows: dict[int, int] = {}
 
-    def socket(self, name: str, kind: str, is_output: bool) -> None:
-        """kind: 'Float' | 'Vector' | 'Color'."""
+    def socket(self, name: str, kind: str, is_output: bool, default=None) -> None:
+        """kind: 'Float' | 'Vector' | 'Color' | 'Shader'; default: of an input, None = zeros."""
         direction = "OUTPUT" if is_output else "INPUT"
-        self.tree.interface.new_socket(name=name, in_out=direction, socket_type=f"NodeSocket{kind}")
+        made = self.tree.interface.new_socket(name=name, in_out=direction, socket_type=f"NodeSocket{kind}")
+        if default is not None:
+            made.default_value = default
 
     def node(self, kind: str, label: str = "", **properties):
         made = self.tree.nodes.new(kind)
