@@ -103,7 +103,7 @@ def remake_set(asset: Asset, scene: SceneSnapshot) -> Remake:
 
 
 def same_triangles(one: str, other: str) -> bool:
-    """Whether two Mesh.keys are of as many triangles: one may be the other deformed."""
+    """Whether two Mesh.keys are of as many triangles and vertices: one may be the other deformed."""
     return one.partition("-")[0] == other.partition("-")[0]
 
 

@@ -18,12 +18,12 @@ class Mesh:
 
     @cached_property
     def key(self) -> str:
-        """'<number of triangles>-<sha1>': equal for meshes of equal content, in any session; worked out once."""
+        """'<triangles>.<vertices>-<sha1>': equal for meshes of equal content, in any session; worked out once."""
         digest = hashlib.sha1(usedforsecurity=False)
         for array in (self.positions, self.triangles, self.corner_normals, self.material_index):
             digest.update(repr((array.shape, array.dtype.str)).encode())
             digest.update(np.ascontiguousarray(array))
-        return f"{len(self.triangles)}-{digest.hexdigest()}"
+        return f"{len(self.triangles)}.{len(self.positions)}-{digest.hexdigest()}"
 
 
 @dataclass(frozen=True)

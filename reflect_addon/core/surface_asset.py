@@ -12,7 +12,7 @@ import numpy as np
 from .asset import Asset
 from .errors import ReflectError
 from .mirrors import mirror_of
-from .remake import part_of
+from .remake import part_of, same_triangles
 from .snapshot import Instance, Mesh, SceneSnapshot
 
 KIND = "surface_radiance"
@@ -39,10 +39,10 @@ class SurfaceMesh:
     mesh: str  # ... and its Mesh.key
 
     def on(self, mesh: Mesh) -> "SurfaceMesh | None":
-        """The same radiance on the deformed mesh; None when that one has another number of triangles."""
+        """The same radiance on the deformed mesh; None when that one has another number of triangles or vertices."""
         if mesh.key == self.mesh:
             return self
-        if len(mesh.triangles) != self.faces:
+        if len(mesh.triangles) != self.faces or not same_triangles(mesh.key, self.mesh):
             return None
         positions, normals = on_faces(mesh, self.face, self.weights, self.side)
         return replace(self, positions=positions, normals=normals, mesh=mesh.key)

@@ -180,12 +180,15 @@ def test_an_asset_comes_back(tmp_path, rng):
     for name, mesh in found.items():
         world = mesh.positions @ np.eye(3) + scene.named()[name].world_from_object[:3, 3]
         np.testing.assert_allclose(mesh.radiance, spot(world), rtol=0, atol=2e-2)  # asked a thousandth inwards
-        again = replace(mesh, mesh="").on(scene.meshes[scene.named()[name].mesh])
+        own = scene.meshes[scene.named()[name].mesh]
+        again = replace(mesh, mesh=mesh.mesh + " deformed").on(own)
         np.testing.assert_array_equal(again.positions, mesh.positions)
         np.testing.assert_array_equal(again.normals, mesh.normals)
         corners = mesh.positions[mesh.triangles].astype(float)
         facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         assert np.all((facing * mesh.normals[mesh.triangles[:, 0]]).sum(1) > 0), "counter-clockwise as seen"
+        spare = np.concatenate([own.positions, own.positions[:1]])
+        assert mesh.on(replace(own, positions=spare)) is None, "as many triangles, of other vertices: not the same mesh deformed"
 
 
 def test_mirrors_are_not_subdivided():
