@@ -27,7 +27,7 @@ class _Device:
 
     def __init__(self, scene: Kitchen):
         from ..gpu.counts import Counts
-        from ..gpu.fill import TextureCache
+        from ..gpu.texture_cache import TextureCache
         from ..gpu.virtual_scene import VirtualScene, image
         from ..gpu.virtual_search import Found, place
 

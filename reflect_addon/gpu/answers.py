@@ -12,12 +12,14 @@ from ..core.camera import Camera
 from ..core.snapshot import SceneSnapshot
 from .background import BACKGROUND
 from .counts import Counts
-from .fill import Fill, TextureCache
+from .fill import Fill
 from .glass import Bodies, Body, is_body
 from .level_targets import Seen
 from .levels import Levels
 from .raymap import RayMapPass
-from .resolve import MaterialTable, Resolve
+from .resolve import Resolve
+from .resolve_tables import MaterialTable
+from .texture_cache import TextureCache
 from .upload import triangle_batch
 from .virtual import Projector
 

@@ -20,7 +20,7 @@ from ..core.scene_moves import all_changed, moved_between
 from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .cube_targets import CubeTargets, prepare_programs
-from .fill import TextureCache
+from .texture_cache import TextureCache
 
 # Share of a map's light: what is expected to be wrong by less is not made again.
 TOLERANCE = 1e-3

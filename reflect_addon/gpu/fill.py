@@ -12,13 +12,15 @@ from ..core import lobe_rays
 from ..core.asset import Asset
 from ..core.kernel import GlslKernel, emit_glsl, record, record_function, type_of
 from ..core.rays import Answer, Rays
+from .asset_inputs import AssetInputs
 from .counts import Counts
 from .device import ensure, max_texture_side
 from .program import ProgramInfo, call_text, program
 from .state import drawing_state
 from .targets import ReflectionTarget
+from .texture_cache import TextureCache
 from .timing import Work
-from .upload import read_texture, texture_bytes, texture_from, triangle_batch
+from .upload import read_texture, texture_from, triangle_batch
 
 _RAY = {"origin": "origin.xyz", "direction": "direction.xyz", "width": "width", "spread": "direction.w"}
 LOBE_RAY = {"origin": "origin.xyz", "direction": "ray_direction", "width": "width", "spread": "spread"}
@@ -48,31 +50,6 @@ def stored(beside: str | None) -> tuple[tuple[tuple[str, str], ...], str]:
     return outputs, _STORE_RADIANCE + text
 
 
-class TextureCache:
-    """Textures by the array they were made from, so that reflectors share what their assets share."""
-
-    def __init__(self, counts: Counts):
-        self.counts = counts
-        self._kept: dict[int, tuple[np.ndarray, object]] = {}  # id -> (array, kept so that its id stays taken; texture)
-
-    def texture(self, name: str, array: np.ndarray):
-        if id(array) not in self._kept:
-            self._kept[id(array)] = (array, texture_from(name, array, self.counts))
-        return self._kept[id(array)][1]
-
-    def replace(self, array: np.ndarray, texture):
-        """From now on this texture is drawn where `array` is asked for: what the array shows has moved."""
-        self._kept[id(array)] = (array, texture)
-
-    def bytes(self) -> int:
-        return sum(texture_bytes(texture) for _, texture in self._kept.values())
-
-    def keep_only(self, assets):
-        """Let go of textures that none of these assets has."""
-        used = {id(array) for asset in assets for array in asset.images.values()}
-        self._kept = {key: value for key, value in self._kept.items() if key in used}
-
-
 _kernels: dict[tuple, GlslKernel] = {}  # by all that recording reads, oldest first
 KEPT = 64  # kernels: all variants of all methods that a window shows in turns
 
@@ -100,14 +77,10 @@ class Fill:
         self.counts = textures.counts
         kernel = emitted(trace, asset, wanted)
         self.source = kernel.source
-        self._cache = textures
-        self._images = {s: (name, asset.images[name]) for name, s in kernel.images.items()}
-        for name, array in self._images.values():
-            textures.texture(name, array)
-        self._block_name = kernel.block_name
-        self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
+        self._inputs = AssetInputs(kernel, asset, textures)
+        self._inputs.upload()
         self._rays = RAYS + (("material_tx", "materials_tx") if rough else ())
-        samplers = [("FLOAT_2D", name) for name in (*self._rays, *kernel.images.values())]
+        samplers = [("FLOAT_2D", name) for name in (*self._rays, *self._inputs.samplers)]
         calls = _lobe_calls(kernel, beside) if rough else (("call", call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + store),)
         self.program = program(
             ProgramInfo(
@@ -116,7 +89,7 @@ class Fill:
                 fragment="fill_rough.frag.glsl" if rough else "fill.frag.glsl",
                 attributes=(("FLOAT", "unused"),),
                 uniforms=(("VEC2", "reflectors"), *((("FLOAT", "most_rays"),) if rough else ())),
-                blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
+                blocks=self._inputs.blocks,
                 samplers=tuple(samplers),
                 outputs=(("VEC4", "radiance_out"), *outputs),
                 generated=(("kernel", kernel.source), *calls),
@@ -144,10 +117,7 @@ class Fill:
                 shader.set("most_rays", most_rays)
             for name, texture in zip(self._rays, ray_textures, strict=True):
                 shader.image(name, texture)
-            for sampler, (name, array) in self._images.items():
-                shader.image(sampler, self._cache.texture(name, array))
-            if self._block is not None:
-                shader.block(self._block_name, self._block)
+            self._inputs.bind(shader)
             shader.draw(batch)
             gpu.state.scissor_test_set(False)
             gpu.state.depth_test_set("NONE")

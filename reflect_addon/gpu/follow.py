@@ -16,10 +16,10 @@ from ..core.snapshot import SceneSnapshot
 from ..core.surface_asset import SurfaceMesh, meshes_of
 from .capture import BLOCK, CAPTURE, AtlasBlock, Capture, CaptureTarget, SurfaceBuffer
 from .counts import Counts
-from .fill import TextureCache
 from .map_capture import CORNERS, TEXELS, MapTables, MapTexels
 from .program import program
 from .state import drawing_state
+from .texture_cache import TextureCache
 from .upload import read_texture, texture_from
 
 

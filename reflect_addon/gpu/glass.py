@@ -11,12 +11,14 @@ from functools import cache
 from ..core import glass_optics, glass_shapes
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
+from .asset_inputs import AssetInputs
 from .background import FULLSCREEN
 from .device import ensure
-from .fill import RAYS, TextureCache, emitted
+from .fill import RAYS, emitted
 from .level_programs import MIRROR_UNIFORMS
 from .program import Program, ProgramInfo, call_text, program
-from .resolve import BOTH_FACES, both_faces, reflectance_kernel
+from .resolve_kernels import BOTH_FACES, both_faces, reflectance_kernel
+from .texture_cache import TextureCache
 
 SEEN = (*RAYS, "material_tx", "materials_tx")
 _BODY = {
@@ -51,15 +53,14 @@ class Body:
             record_function(glass_optics.body, glass_optics.BODY_INPUTS, glass_optics.IMAGES), ("origin", "direction", "through", "found"), "through_body",
             prefix="",
         )  # fmt: skip
-        self.body, self.answers, self._textures, self._name = body, answers, textures, kernel.block_name
-        self._images = {n: body.images[n] for n in glass_optics.IMAGES} | {s: answers.images[name] for name, s in kernel.images.items()}
-        self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(answers)) if kernel.block_name else None
+        self.body, self.answers, self._counts = body, answers, textures.counts
+        self._inputs = AssetInputs(kernel, answers, textures, {name: body.images[name] for name in glass_optics.IMAGES})
         self._info = ProgramInfo(
             name="reflect_through_body",
             fragment="through_body.frag.glsl",
             uniforms=(("VEC2", "reflectors"), ("VEC4", "center"), ("VEC2", "shape")),
-            blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
-            samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, *self._images)),
+            blocks=self._inputs.blocks,
+            samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, *self._inputs.samplers)),
             outputs=(("VEC4", "through_out"),),
             generated=(
                 ("kernel", kernel.source), ("body", way.source), ("body_call", call_text(way, _BODY, "way_")),
@@ -71,9 +72,8 @@ class Body:
 
     def prepare(self) -> Program:
         """Compile now."""
-        for array in self._images.values():
-            self._textures.texture("asset", array)
-        return program(self._info, self._textures.counts)
+        self._inputs.upload()
+        return program(self._info, self._counts)
 
     def draw(self, batch, seen, materials, first: int, last: int, bounds):
         """What is seen through it, in bounds (x, y, width, height) px of seen.target. materials: the scene's MaterialTable."""
@@ -86,18 +86,15 @@ class Body:
             gpu.state.scissor_test_set(True)
             shader = self.prepare()
             shader.bind()
-            if self._block is not None:
-                shader.block(self._name, self._block)
+            self._inputs.bind(shader)
             for name, texture in zip(SEEN, (*seen.rays.textures, materials.texture), strict=True):
                 shader.image(name, texture)
-            for sampler, array in self._images.items():
-                shader.image(sampler, self._textures.texture("asset", array))
             shader.set("reflectors", (first, last))
             shader.set("center", (*self.body.uniforms["glass_center"], 0.0))
             shader.set("shape", self.body.uniforms["glass_shape"])
             shader.draw(batch)
             gpu.state.scissor_test_set(False)
-        self._textures.counts.passes += 1
+        self._counts.passes += 1
 
 
 class Bodies:

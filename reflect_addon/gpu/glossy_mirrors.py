@@ -10,11 +10,12 @@ from ..core import curved_march, lobe_rays, mirror_march, spaces
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record_function
 from ..core.methods import recursive
+from .asset_inputs import AssetInputs
 from .background import FULLSCREEN
-from .device import ensure
-from .fill import LOBE_RAY, RAYS, TextureCache, emitted, lobe_parts, stored
+from .fill import LOBE_RAY, RAYS, emitted, lobe_parts, stored
 from .level_programs import MIRROR_UNIFORMS
 from .program import Program, ProgramInfo, call_text, program
+from .texture_cache import TextureCache
 from .view import VIEW_BLOCK
 
 # What the pass reads of a ray map, the materials, and of a view's picture.
@@ -36,18 +37,15 @@ class GlossyMirror:
         by, arguments = (curved_march, {**_MARCH, "nearest": "nearest"}) if curved else (mirror_march, _MARCH)
         march = emit_glsl(record_function(by.march, by.INPUTS, by.IMAGES), ("radiance", "distance", "found"), "march_mirror", prefix="")
         outputs, store = stored(beside)
-        self.asset, self._textures, self._name = asset, textures, kernel.block_name
-        self._images = {sampler: asset.images[name] for name, sampler in kernel.images.items()}
-        self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
-        blocks = ((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else ()
+        self.asset, self._counts, self._inputs = asset, textures.counts, AssetInputs(kernel, asset, textures)
         self._info = ProgramInfo(
             name="reflect_glossy_mirror",
             fragment="glossy_mirror.frag.glsl",
-            blocks=(VIEW_BLOCK, *blocks),
+            blocks=(VIEW_BLOCK, *self._inputs.blocks),
             uniforms=(
                 *MIRROR_UNIFORMS, ("VEC4", "window"), ("VEC3", "rays_for"), ("FLOAT", "reach"), *((("FLOAT", "nearest"),) if curved else ()),
             ),
-            samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, *self._images)),
+            samplers=tuple(("FLOAT_2D", name) for name in (*SEEN, *self._inputs.samplers)),
             outputs=(("VEC4", "radiance_out"), *outputs),
             generated=(
                 ("kernel", kernel.source), ("march", march.source), *lobe_parts(), ("march_call", call_text(march, arguments, "march_")),
@@ -61,9 +59,8 @@ class GlossyMirror:
 
     def prepare(self) -> Program:
         """Compile now."""
-        for array in self._images.values():
-            self._textures.texture("asset", array)
-        return program(self._info, self._textures.counts)
+        self._inputs.upload()
+        return program(self._info, self._counts)
 
     def bind(self, view, rays, picture, materials, window, most_rays: int, footprint: float, reach: float, finer: int) -> Program:
         """The program, with all but MIRROR_UNIFORMS set. view: of the picture's camera; window: px of it; footprint: of its pixels at 1 m; reach: m
@@ -71,12 +68,9 @@ class GlossyMirror:
         shader = self.prepare()
         shader.bind()
         shader.block("view", view.buffer)
-        if self._block is not None:
-            shader.block(self._name, self._block)
+        self._inputs.bind(shader)
         for name, texture in zip(SEEN, (*rays.textures, materials.texture, picture.color_tx, picture.place_tx), strict=True):
             shader.image(name, texture)
-        for sampler, array in self._images.items():
-            shader.image(sampler, self._textures.texture("asset", array))
         x, y, width, height = window
         shader.set("window", (x, y, x + width, y + height))
         shader.set("rays_for", (most_rays, lobe_rays.FINE / (FINE * footprint), finer))

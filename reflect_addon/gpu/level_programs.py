@@ -5,11 +5,13 @@ from ..core import spaces
 from ..core.asset import Asset
 from ..core.kernel import emit_glsl, record
 from ..core.methods import environment
+from .asset_inputs import AssetInputs
 from .background import FULLSCREEN
 from .counts import Counts
 from .device import ensure
-from .fill import RAYS, TextureCache, stored
+from .fill import RAYS, stored
 from .program import ProgramInfo, call_text, program
+from .texture_cache import TextureCache
 from .view import VIEW_BLOCK, View
 
 SURFACE = ProgramInfo(
@@ -67,16 +69,16 @@ class Sky:
     def __init__(self, asset: Asset, textures: TextureCache, counts: Counts):
         self.counts = counts
         kernel = emit_glsl(record(environment.trace, asset), ("radiance",), "sky", push_bytes=0)
-        self._images = {sampler: textures.texture(name, asset.images[name]) for name, sampler in kernel.images.items()}
-        self._block, self._name = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)), kernel.block_name
+        self._inputs = AssetInputs(kernel, asset, textures)
+        self._inputs.upload()
         ray = {"origin": "vec3(0.0)", "direction": "direction", "width": "0.0", "spread": "view.frame.y"}
         self._program = program(
             ProgramInfo(
                 name="reflect_level_sky",
                 fragment="level_sky.frag.glsl",
-                blocks=(VIEW_BLOCK, (kernel.typedef, kernel.block_type, kernel.block_name)),
+                blocks=(VIEW_BLOCK, *self._inputs.blocks),
                 uniforms=(("MAT4", "rel_from_clip"), ("VEC2", "pixel")),
-                samplers=tuple(("FLOAT_2D", sampler) for sampler in self._images),
+                samplers=tuple(("FLOAT_2D", sampler) for sampler in self._inputs.samplers),
                 outputs=SURFACE.outputs,
                 generated=(("kernel", kernel.source), ("call", call_text(kernel, ray, "sky_"))),
                 defines=(("FAR", f"{spaces.FAR:.1f}"),),
@@ -90,10 +92,8 @@ class Sky:
         shader = self._program
         shader.bind()
         shader.block("view", view.buffer)
-        shader.block(self._name, self._block)
+        self._inputs.bind(shader)
         shader.set("rel_from_clip", view.rel_from_clip)
         shader.set("pixel", (2.0 / width, 2.0 / height))
-        for sampler, texture in self._images.items():
-            shader.image(sampler, texture)
         shader.draw(batch)
         self.counts.passes += 1

@@ -11,10 +11,10 @@ from ..core.view_cull import may_be_seen
 from ..core.virtual_lamps import lamp_rows
 from .counts import Counts
 from .device import ensure
-from .fill import TextureCache
 from .level_programs import SURFACE, Sky
 from .program import program
 from .targets import LevelTarget
+from .texture_cache import TextureCache
 from .view import View
 from .virtual_lamps import Lamps
 

@@ -28,13 +28,14 @@ from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .cube_maps import CubeMaps
 from .device import ensure
-from .fill import TextureCache
 from .level_programs import add_light
 from .level_surfaces import LevelSurfaces
 from .level_targets import Level, LevelTargets, Seen
 from .mirror_series import MirrorSeries
-from .resolve import MaterialTable, Resolve
+from .resolve import Resolve
+from .resolve_tables import MaterialTable
 from .shown_mirrors import ShownMirrors, near_plane
+from .texture_cache import TextureCache
 from .view import View
 from .viewport_views import ViewportViews
 

@@ -14,15 +14,19 @@ from ..core.kernel import emit_glsl, record_function
 from ..core.methods import recursive
 from ..core.mirror_planes import MirrorPlane
 from ..core.mirror_series import PICTURES, ROWS
+from .asset_inputs import AssetInputs
 from .background import FULLSCREEN
 from .counts import Counts
 from .device import ensure
-from .fill import RAYS, TextureCache, emitted, stored
+from .fill import RAYS, emitted, stored
 from .level_programs import MIRROR_UNIFORMS
 from .level_targets import Level, Seen
 from .program import Program, ProgramInfo, call_text, program
-from .resolve import MaterialTable, Resolve, fade_parts
+from .resolve import Resolve
+from .resolve_kernels import fade_parts
+from .resolve_tables import MaterialTable
 from .shown_mirrors import near_plane
+from .texture_cache import TextureCache
 from .virtual_lamps import Lamps
 
 _STRUCT = f"struct ReflectSeries {{ vec4 of[{PICTURES * len(ROWS)}]; }};"
@@ -38,7 +42,7 @@ class MirrorSeries:
 
     def __init__(self, counts: Counts, textures: TextureCache, batch):
         self._counts, self._textures, self._batch = counts, textures, batch
-        self._infos: dict[tuple, tuple[Asset, ProgramInfo, tuple, tuple | None]] = {}
+        self._infos: dict[tuple, tuple[Asset, ProgramInfo, AssetInputs]] = {}
         self._rows = None  # the uniform buffer of the pictures' rows
 
     def keep_only(self, assets):
@@ -79,13 +83,10 @@ class MirrorSeries:
         self._counts.passes += 1
 
     def _bound(self, asset: Asset, resolve: Resolve, beside: str | None, lamps: Lamps, pictures) -> Program:
-        _, info, images, block = self._made(asset, resolve, beside, lamps)
+        _, info, inputs = self._made(asset, resolve, beside, lamps)
         shader = program(info, self._counts)
         shader.bind()
-        for sampler, array in images:
-            shader.image(sampler, self._textures.texture("asset", array))
-        if block is not None:
-            shader.block(*block)
+        inputs.bind(shader)
         rows = np.zeros((PICTURES, len(ROWS), 4), np.float32)
         rows[: len(pictures)] = [found for _, found in pictures]
         if self._rows is None:
@@ -104,13 +105,12 @@ class MirrorSeries:
         return shader
 
     def _made(self, asset: Asset, resolve: Resolve, beside: str | None, lamps: Lamps):
-        """(the asset, its program, its images by sampler, its uniform block by name or None)."""
+        """(the asset, its program, what its kernel reads)."""
         key = id(asset), resolve.plan, beside, bool(len(lamps.rows))
         if key not in self._infos:
             kernel = emitted(recursive.trace, asset, ("radiance", "coverage"))
-            images = tuple((sampler, asset.images[name]) for name, sampler in kernel.images.items())
-            block = (kernel.block_name, ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset))) if kernel.block_name else None
-            self._infos[key] = asset, _info(kernel, resolve, beside, key[-1]), images, block
+            inputs = AssetInputs(kernel, asset, self._textures)
+            self._infos[key] = asset, _info(kernel, inputs, resolve, beside, key[-1]), inputs
         return self._infos[key]
 
     def free(self):
@@ -122,14 +122,13 @@ def _names(i: int) -> tuple[str, str, str]:
     return f"picture{i}_tx", f"place{i}_tx", f"material{i}_tx"
 
 
-def _info(kernel, resolve: Resolve, beside: str | None, lamps: bool) -> ProgramInfo:
+def _info(kernel, inputs: AssetInputs, resolve: Resolve, beside: str | None, lamps: bool) -> ProgramInfo:
     outputs, store = stored(beside)
     reflectance, reflectance_call = resolve.reflectance_parts()
     fade, fade_call = fade_parts("met.along", "through") if resolve.plan.attenuation else ("", "")
     recorded = record_function(mirror_series.march, mirror_series.INPUTS, mirror_series.IMAGES)
     march = emit_glsl(recorded, ("radiance", "distance", "found", "pixel"), "march_mirrors", prefix="")
-    blocks = ((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else ()
-    names = (*RAYS, "materials_tx", *kernel.images.values(), *(("lamps_buf",) if lamps else ()), *(n for i in range(PICTURES) for n in _names(i)))
+    names = (*RAYS, "materials_tx", *inputs.samplers, *(("lamps_buf",) if lamps else ()), *(n for i in range(PICTURES) for n in _names(i)))
     numbers = {
         "PICTURES": PICTURES, "ROWS": len(ROWS), **{name.upper(): i for i, name in enumerate(ROWS)}, "LEGS": mirror_series.LEGS,
         "LEAST": f"{mirror_series.LEAST:.6f}", "STATUS_HIT": f"{spaces.STATUS_HIT:.1f}", "FAR": f"{spaces.FAR:.1f}",
@@ -138,7 +137,7 @@ def _info(kernel, resolve: Resolve, beside: str | None, lamps: bool) -> ProgramI
     return ProgramInfo(
         name="reflect_mirror_series",
         fragment="mirror_series.frag.glsl",
-        blocks=((_STRUCT, "ReflectSeries", "series"), *blocks),
+        blocks=((_STRUCT, "ReflectSeries", "series"), *inputs.blocks),
         uniforms=(*MIRROR_UNIFORMS[:3], ("FLOAT", "at_first"), ("FLOAT", "reach"), *((("FLOAT", "half_distance"),) if fade else ())),
         samplers=tuple(("FLOAT_2D", name) for name in names),
         outputs=(("VEC4", "radiance_out"), *outputs),

@@ -19,14 +19,15 @@ from ..core.snapshot import SceneSnapshot
 from .answers import Answers
 from .counts import Counts
 from .device import ensure
-from .fill import TextureCache
 from .follow import Followed, Followers
 from .level_targets import Seen
 from .levels import Levels
 from .raymap import RayMapPass
-from .resolve import LookTexture, MaterialTable, Resolve, ResolvePlan
+from .resolve import Resolve, ResolvePlan
+from .resolve_tables import LookTexture, MaterialTable
 from .state import drawing_state
 from .targets import RayMapTarget, ReflectionTarget
+from .texture_cache import TextureCache
 from .timing import Work
 from .upload import MeshBuffer, read_texture, triangle_batch
 from .view import View

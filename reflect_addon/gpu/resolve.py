@@ -8,19 +8,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import glass_optics, shading
 from ..core.asset import Asset
-from ..core.kernel import GlslKernel, emit_glsl, record_function
-from ..core.look import LINEAR, TABLE_SIDE, TOP, Look
+from ..core.look import Look
 from ..core.snapshot import SceneSnapshot
 from .background import ANSWERED, BACKGROUND, overlay_info
 from .counts import Counts
 from .program import Program, ProgramInfo, call_text, program
 from .raymap import surface_info
+from .resolve_kernels import BOTH_FACES, both_faces, fade_parts, reflectance_kernel
+from .resolve_tables import LookTexture, MaterialTable
 from .targets import RayMapTarget, ReflectionTarget
-from .upload import read_texture, texture_from, volume_from
+from .upload import read_texture, texture_from
 
-BOTH_FACES = {"mirrored": "reflectance", "tint": "base.rgb"}  # both_faces' inputs as resolve_lib.glsl calls them
 SPACES = ("linear", "display")  # scene-linear; developed and display-encoded, for a PNG
 
 
@@ -44,66 +43,6 @@ class ResolvePlan:
             table=look.table is not None,
             glass=glass,
         )
-
-
-def reflectance_kernel(has_metal: bool, has_dielectric: bool) -> tuple[str, str]:
-    """(GLSL functions, GLSL that sets `reflectance` and `opacity` from cosine, base, tint, weight)."""
-    options = {"has_metal": has_metal, "has_dielectric": has_dielectric}
-    recorded = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
-    # Asked for in both cases; the composite drops opacity when the driver sees that nobody reads it.
-    kernel = emit_glsl(recorded, ("reflectance", "opacity"), "surface_reflectance")
-    arguments = {
-        "cosine": "cosine",
-        "base_color": "base.rgb",
-        "metallic": "base.a",
-        "specular_tint": "tint.rgb",
-        "ior": "tint.a",
-        "weight": "weight",
-    }
-    return kernel.source, call_text(kernel, arguments)
-
-
-def both_faces(wanted: tuple[str, ...]) -> GlslKernel:
-    """What both faces of a pane make of one face's `reflectance`: through, mirrored."""
-    return emit_glsl(record_function(glass_optics.pane, glass_optics.PANE_INPUTS), wanted, "both_faces")
-
-
-class LookTexture:
-    """A look on the GPU; a new exposure is a new uniform, only a new table is an upload."""
-
-    def __init__(self, look: Look, counts: Counts):
-        self.table_tx = None
-        self._table = None
-        self.counts = counts
-        self.set(look)
-
-    def set(self, look: Look):
-        self.look = look
-        if look.table is not self._table:
-            self._table = look.table
-            self.table_tx = None
-            if look.table is not None:
-                padded = np.concatenate([look.table, np.ones_like(look.table[..., :1])], -1)
-                self.table_tx = volume_from("look", padded, self.counts)
-
-    def bind(self, shader: Program):
-        shader.set("look", (self.look.gain(), 1.0 / LINEAR, 1.0 / np.log2(TOP / LINEAR + 1.0), TABLE_SIDE))
-        if self.table_tx is not None:
-            shader.image("look_tx", self.table_tx)
-
-
-class MaterialTable:
-    """The scene's materials as one small texture, a row each."""
-
-    def __init__(self, rows: np.ndarray, counts: Counts):
-        self.rows = rows
-        self.texture = texture_from("materials_buf", rows, counts)
-
-    @staticmethod
-    def rows_of(snapshot: SceneSnapshot) -> np.ndarray:
-        """(materials, MATERIAL_TEXELS, 4) float32; one row of zeros when there are none."""
-        rows = [shading.material_rows(m) for m in snapshot.materials] or [[[0.0] * 4] * shading.MATERIAL_TEXELS]
-        return np.asarray(rows, np.float32)
 
 
 class Resolve:
@@ -295,9 +234,3 @@ class Resolve:
             outputs=(("VEC4", "overlay_out"),),
             generated=generated + (("look", include),),
         )
-
-
-def fade_parts(distance: str, faded: str) -> tuple[str, str]:
-    """(GLSL function, GLSL that fades a radiance by its distance and the uniform half_distance)."""
-    fade = emit_glsl(record_function(shading.attenuation, shading.ATTENUATION_INPUTS), ("attenuation",), "attenuation_at")
-    return fade.source, call_text(fade, {"distance": distance, "half_distance": "half_distance"}) + f"  {faded} *= attenuation;\n"

@@ -13,14 +13,14 @@ from ..core.mirror_planes import MirrorPlane
 from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .device import ensure
-from .fill import TextureCache
 from .glass import SEEN, shown_through
 from .glossy_mirrors import GlossyMirror
 from .level_programs import shown_in
 from .level_targets import Seen
 from .program import Program, program
-from .resolve import MaterialTable
+from .resolve_tables import MaterialTable
 from .targets import LevelTarget
+from .texture_cache import TextureCache
 from .view import View
 
 # Of the outline of a mirror's plane, and float32 steps of places: how far from the plane a point of the mirror may be.

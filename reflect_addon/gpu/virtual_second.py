@@ -15,6 +15,7 @@ from ..core.kernel import GlslKernel, emit_glsl, record_function
 from ..core.methods import layered_distance
 from ..core.shading import material_rows
 from ..core.snapshot import SceneSnapshot
+from .asset_inputs import AssetInputs
 from .counts import Counts
 from .device import ensure
 from .fill import RAYS
@@ -86,9 +87,8 @@ class Second:
     def __init__(self, asset: Asset, shiny: Mirrors, textures, counts: Counts):
         self.counts, self._mirrors = counts, shiny
         kernel = _arriving(asset, shiny)
-        self._images = {sampler: textures.texture(name, asset.images[name]) for name, sampler in kernel.images.items()}
-        self._block = ensure().types.GPUUniformBuf(kernel.pack_uniforms(asset)) if kernel.block_name else None
-        self._block_name = kernel.block_name
+        self._inputs = AssetInputs(kernel, asset, textures)
+        self._inputs.upload()
         self.program = program(
             ProgramInfo(
                 name="reflect_virtual_second",
@@ -96,8 +96,8 @@ class Second:
                 fragment="virtual_second.frag.glsl",
                 attributes=(("FLOAT", "unused"),),
                 uniforms=(("VEC2", "reflectors"),),
-                blocks=((kernel.typedef, kernel.block_type, kernel.block_name),) if kernel.block_name else (),
-                samplers=tuple(("FLOAT_2D", name) for name in (*RAYS, "mirror_tx", "mirrors_buf", *self._images)),
+                blocks=self._inputs.blocks,
+                samplers=tuple(("FLOAT_2D", name) for name in (*RAYS, "mirror_tx", "mirrors_buf", *self._inputs.samplers)),
                 outputs=(("VEC4", "radiance_out"),),
                 generated=(("kernel", kernel.source), ("shown", call_text(kernel, _SHOWN, "shown_"))),
             ),
@@ -118,11 +118,10 @@ class Second:
             shader = self.program
             shader.bind()
             shader.set("reflectors", (first, last))
-            images = {"mirror_tx": hits.mirror_tx, "mirrors_buf": self._mirrors.texture, **self._images}
+            images = {"mirror_tx": hits.mirror_tx, "mirrors_buf": self._mirrors.texture}
             for name, texture in (dict(zip(RAYS, rays.textures, strict=False)) | images).items():
                 shader.image(name, texture)
-            if self._block is not None:
-                shader.block(self._block_name, self._block)
+            self._inputs.bind(shader)
             shader.draw(batch)
             gpu.state.blend_set("NONE")
             gpu.state.scissor_test_set(False)

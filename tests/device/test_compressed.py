@@ -11,7 +11,7 @@ from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.kernel import KernelError, emit_glsl, evaluate, record_function
 from reflect_addon.gpu import compressed, upload
 from reflect_addon.gpu.counts import Counts
-from reflect_addon.gpu.fill import TextureCache
+from reflect_addon.gpu.texture_cache import TextureCache
 
 
 def look_ups(device, blocks, monkeypatch, counts):
