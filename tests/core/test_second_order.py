@@ -145,9 +145,10 @@ def three_one(count_diffuse: int, count_mirrors: int) -> SceneSnapshot:
     return snapshot(ball(), **things)
 
 
-@pytest.mark.parametrize("diffuse, reflective, paper", [(2, 2, 5), (1, 4, 5), (1, 9, 10)])
+@pytest.mark.parametrize("diffuse, reflective, paper", [(2, 2, 5), (1, 4, 5), pytest.param(1, 9, 10, marks=pytest.mark.slow)])
 def test_it_costs_what_the_paper_says(rng, diffuse, reflective, paper):
-    """Section 3.1: 2 D + R - 1 intersections; Figs 4, 1 and 5. Counted by the kernel, ray by ray and in total."""
+    """Section 3.1: 2 D + R - 1 intersections; Figs 4, 1 and 5. Counted by the kernel, ray by ray and in total. Fig. 5 is slow here; its count is
+    pinned by eval/test_bench_mirrors.py too."""
     scene = three_one(diffuse, reflective)
     asset = billboards.bake(job(scene, {**SETTINGS, "texels": 16, "resolution": 8}))
     assert (asset.options["count"], asset.options["mirrors"]) == (diffuse, reflective - 1)

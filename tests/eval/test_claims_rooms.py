@@ -15,7 +15,7 @@ from claims import measure
 from mathutils import Euler, Matrix
 from tolerances import BILLBOARDS_HIT_P95, BILLBOARDS_RMSE, BOX_HIT_P95, BOX_HIT_SHARE
 
-NOISELESS = {"samples": 1}
+NOISELESS = {"samples": 1, "resolution": 128}
 
 ROOMS = {
     "as built": ({}, {}),
