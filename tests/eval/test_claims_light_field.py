@@ -83,7 +83,7 @@ def test_the_focal_plane_is_nearly_the_best_of_a_scan(device, tmp_path, record_p
     """Target Y6 on a room: the bake's own planes against each slab's best for the very rays that judge it."""
     scene = moving_ball_rooms.build(3)
     asset = baked(scene, tmp_path, depth=False, views=8)
-    frames = [room.frame_of(scene, n, (112, 84), 8) for n in (1, moving_ball_rooms.FRAMES)]
+    frames = [room.frame_of(scene, n, (160, 120), 8) for n in (1, moving_ball_rooms.FRAMES)]
     found = room.scan(asset, frames, 25)
     record_property("over_best", found.over_best())
     assert found.over_best() < tolerances.LIGHT_FIELD_FOCUS
