@@ -55,14 +55,14 @@ class Baked:
     surfaces: Asset
 
 
-def baked(scene: SceneSnapshot, **settings) -> Baked:
-    """Assets of all reflectors, joined, and the surfaces."""
+def baked(scene: SceneSnapshot, surfaces: Asset | None = None, **settings) -> Baked:
+    """Assets of all reflectors, joined, and the surfaces, where they were not baked before."""
     assets = {}
     for reflector in scene.reflectors():
         asked = {**virtual_objects.DEFAULTS, "map_texels": 256, **BELOW, **settings}
         own = replace(job(scene, asked, paint=paint), reflector=reflector)
         assets[reflector.name] = virtual_objects.bake(own).joined(methods.get(layered_distance.NAME).bake(own))
-    return Baked(scene, assets, surface_radiance.bake(scene, tracer(scene, paint), scene.instances, SURFACES))
+    return Baked(scene, assets, surfaces or surface_radiance.bake(scene, tracer(scene, paint), scene.instances, SURFACES))
 
 
 def truth(scene: SceneSnapshot, ray_map: RayMap) -> Hits:

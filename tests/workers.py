@@ -13,8 +13,8 @@ except ImportError:  # Windows: one process
 
 HERE = Path(__file__).parent
 # What takes long goes first: begun last, it would leave the other process without work. These files, then these folders.
-FIRST = ("blender/test_bad_models.py", "eval/test_claims_finite.py", "eval/test_claims_contact.py", "eval/test_claims_light_field.py",
-         "blender/test_methods_nodes.py", "eval/test_claims_worlds.py", "eval", "device", "blender")  # fmt: skip
+FIRST = ("blender/test_bad_models.py", "eval/test_claims_finite.py", "eval/test_claims_contact.py", "blender/test_methods_nodes.py",
+         "eval/test_claims_light_field.py", "device/test_virtual_objects_drawn.py", "blender/test_bad_machines.py", "eval", "device", "blender")  # fmt: skip
 
 
 def count(config) -> int:

@@ -17,8 +17,8 @@ from reflect_addon.core.asset_files import load_asset
 from reflect_addon.core.bake_lock import BakeLock
 
 ROOT = Path(__file__).resolve().parents[2]
-# Minutes of work, in parts of a second; not under a bare sky, which takes one path a texel however many are asked for.
-LONG = ("--methods", "environment", "--resolution", "256", "--set", "samples=4096")
+# Minutes of work, in parts of less than a second (raytrace.PATHS_PER_RENDER); not under a bare sky, which takes one path a texel however many are asked for.
+LONG = ("--methods", "environment", "--resolution", "256", "--set", "samples=2048")
 
 RUNNING: list[subprocess.Popen] = []
 
@@ -154,8 +154,8 @@ def baked(tmp_path_factory):
 STOPS = {
     "bake SIGINT": (signal.SIGINT, ("--again", *LONG)),
     "bake SIGTERM": (signal.SIGTERM, ("--again", *LONG)),
-    "render SIGINT": (signal.SIGINT, ("--out", "p.png", "--method", "environment", "--size", "512x512", "--samples", 4096)),
-    "evaluate SIGINT": (signal.SIGINT, ("--out", "out", "--methods", "all", "--size", "512x512", "--samples", 4096, *TINY_ALL)),
+    "render SIGINT": (signal.SIGINT, ("--out", "p.png", "--method", "environment", "--size", "512x512", "--samples", 2048)),
+    "evaluate SIGINT": (signal.SIGINT, ("--out", "out", "--methods", "all", "--size", "512x512", "--samples", 2048, *TINY_ALL)),
 }
 
 

@@ -11,7 +11,7 @@ from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.rays import Answer, Rays
 from reflect_addon.scene.kernel_nodes import emit_nodes
 
-COUNT, MANY = 25_000, 100_000  # of rays; many are slow
+COUNT, MANY = 8_000, 100_000  # of rays; many are slow
 # method -> the steps of its loops; those of depth_maps are nested, and some are counted per ray
 LOOPS = {
     **{name: lambda o: [] for name in ("environment", "sphere_proxy", "box_proxy")},

@@ -259,7 +259,7 @@ def test_tables_have_the_papers_size(sphere_scene):
     assert np.abs(asset.images["srdm_buf"]).max() == srdm.FILL
 
 
-@pytest.mark.parametrize("scale", [1e-4, 1e-2, 1e2, 1e5])
+@pytest.mark.parametrize("scale", [1e-4, pytest.param(1e-2, marks=pytest.mark.slow), pytest.param(1e2, marks=pytest.mark.slow), 1e5])
 def test_scale_changes_nothing(scale, rng):
     def scene(size):
         return snapshot(ball(0.5 * size, np.array([4, 0, 0]) * size), Ball=ball(size, detail=4))

@@ -81,7 +81,7 @@ def test_one_plane_is_met_exactly_at_the_first_guess(rng, method):
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
 def test_rooms_of_any_size_anywhere(rng, method, scale):
     """Closed boxes, turned, as far from the world's origin as they are large."""
-    for _ in range(3):
+    for _ in range(2):
         room = random_room(rng, 2.0, 4.0)
         center = (unit(rng.normal(size=3)) * scale).astype("f").astype(np.float64)
         room = replace(room, low=room.low * scale, high=room.high * scale, center=center)

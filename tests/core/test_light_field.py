@@ -77,7 +77,7 @@ def test_slabs_are_three_times_as_long_as_the_cell_at_45_degrees(cell):
 def test_no_ray_through_the_cell_is_missed(cell, depth, rng):
     """Target Y5. Untraced texels are far too bright: one that was read, at any weight, would show."""
     atlas = filled(cell, lambda rays, face: np.tile([1.0, 1.0, 1.0, 0.0], (len(rays), 1)))
-    for _ in range(5):
+    for _ in range(2):
         found = answer(cell, atlas, through(cell, rng, 200_000 // (1 + depth)), depth=depth)
         assert np.abs(found.radiance - 1).max() < tolerances.LIGHT_FIELD_ONE
 

@@ -1,6 +1,7 @@
 """Baking light fields through Embree: what is traced, kept, left out, resumed and traced again, and that it shows parallax."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -36,6 +37,12 @@ def baked(scene, made=None, paint=None, change=None, **settings):
     return light_field.bake(replace(one, **(change or {})))
 
 
+@cache
+def of_room():
+    """The room's own light field, which several tests begin with."""
+    return baked(room())
+
+
 def outward(rng, count=4000, at=(0, 0, 0), radius=0.5):
     """Rays that leave a ball's surface."""
     normal = unit(rng.normal(size=(count, 3)))
@@ -67,7 +74,7 @@ def test_it_has_a_fraction_of_an_environments_error(depth, rng):
 
 
 def test_it_tells_when_the_reflector_leaves(rng):
-    asset, away = baked(room()), room(ball((0.7, 0, 0)))
+    asset, away = of_room(), room(ball((0.7, 0, 0)))
     assert "Mirror has left its light field's cell: bake again" in light_field.remark(asset, away, away.instances[0])
     found = answer(asset, outward(rng, at=(0.7, 0, 0)))
     assert np.isfinite(found.radiance).all() and np.isfinite(found.position).all()
@@ -93,8 +100,7 @@ def test_what_no_ray_reaches_is_left_out(rng):
     assert spaces.FACE_NAMES.index("-X") not in cell.slabs and 0 in cell.slabs
     assert asset.bytes() == light_field.predicted_bytes(job(scene, SMALL)) < 0.9 * 6 * (6 * 32) ** 2 * 8
     assert sum(len(rays) for rays, _ in made) == asset.uniforms["rays"]
-    whole = baked(room())
-    assert asset.uniforms["rays"] < 0.7 * whole.uniforms["rays"]
+    assert asset.uniforms["rays"] < 0.7 * of_room().uniforms["rays"]
     assert f"{len(cell.slabs)} of 6 slabs" in light_field.report(asset)
     into = Rays(np.float32([[-3.98, 0, 0]]), np.float32([[-1, 0, 0]]))
     assert answer(asset, into).coverage[0] == 0 and answer(asset, into).status[0] == spaces.STATUS_NONE
@@ -146,7 +152,7 @@ def test_an_interrupted_bake_goes_on_where_it_was(tmp_path, monkeypatch):
 def test_only_views_that_saw_a_change_are_traced_again():
     """Nothing casts shadows here, so the result is what a whole bake makes, bit for bit."""
     before, made = room(), []
-    earlier = baked(before)
+    earlier = of_room()
     moved = room(Pillar=trimesh.creation.box((0.4, 0.4, 2.0)).apply_translation([1.5, 1.2, 0.0]))
     again = baked(moved, made, change={"earlier": earlier})
     whole = baked(moved)
@@ -169,7 +175,7 @@ def without(scene, name):
 @pytest.mark.parametrize("other", ["light", "cell"])
 def test_other_light_or_another_cell_needs_a_whole_bake(other):
     scene, made = room(), []
-    earlier = baked(scene)
+    earlier = of_room()
     now = replace(scene, light_hash="dark") if other == "light" else room(ball((0.2, 0, 0)))
     baked(now, made, change={"earlier": earlier})
     assert sum(len(r) for r, _ in made) > 0.95 * earlier.uniforms["rays"]

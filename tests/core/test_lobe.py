@@ -61,7 +61,7 @@ def scenes(rng, count: int, alpha: float, size: float):
         yield toward, np.array([0, 0, 1.0]), alpha, 2 * out, u * size, np.cross(face, u) * size * 0.7
 
 
-@pytest.mark.parametrize("alpha", [0.04, 0.16, 0.36])
+@pytest.mark.parametrize("alpha", [0.04, pytest.param(0.16, marks=pytest.mark.slow), 0.36])
 @pytest.mark.parametrize("size", [0.01, 0.1, 0.3, 1.0])
 def test_the_sum_over_edges_is_the_integral(rng, alpha, size):
     cases = list(scenes(rng, 40, alpha, size))

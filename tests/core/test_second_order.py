@@ -145,14 +145,15 @@ def three_one(count_diffuse: int, count_mirrors: int) -> SceneSnapshot:
     return snapshot(ball(), **things)
 
 
-@pytest.mark.parametrize("diffuse, reflective, paper", [(2, 2, 5), (1, 4, 5), (1, 9, 10)])
+@pytest.mark.parametrize("diffuse, reflective, paper", [(2, 2, 5), (1, 4, 5), pytest.param(1, 9, 10, marks=pytest.mark.slow)])
 def test_it_costs_what_the_paper_says(rng, diffuse, reflective, paper):
-    """Section 3.1: 2 D + R - 1 intersections; Figs 4, 1 and 5. Counted by the kernel, ray by ray and in total."""
+    """Section 3.1: 2 D + R - 1 intersections; Figs 4, 1 and 5. Counted by the kernel, ray by ray and in total. Fig. 5 is slow here; its count is
+    pinned by eval/test_bench_mirrors.py too."""
     scene = three_one(diffuse, reflective)
     asset = billboards.bake(job(scene, {**SETTINGS, "texels": 16, "resolution": 8}))
     assert (asset.options["count"], asset.options["mirrors"]) == (diffuse, reflective - 1)
     rays = Rays(*(np.concatenate(part) for part in zip(*(
-        (r.origin, r.direction) for r in (from_the_ball(rng, 3000, toward=(np.cos(a), np.sin(a), 0)) for a in np.arange(0, 6.28, 0.4))
+        (r.origin, r.direction) for r in (from_the_ball(rng, 1000, toward=(np.cos(a), np.sin(a), 0)) for a in np.arange(0, 6.28, 0.4))
     ), strict=True)))  # fmt: skip
     steps = answer(asset, rays, counted(billboards.trace)).radiance[:, 0]
     once, twice = diffuse + reflective - 1, 2 * diffuse + reflective - 1

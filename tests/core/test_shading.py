@@ -78,7 +78,11 @@ CYCLES = [
 ]
 
 
-@pytest.mark.parametrize("material", CYCLES, ids=lambda m: m.name)
+# Chrome is gold without a tint, glassy dense without one.
+PLAIN = ("chrome", "glassy")
+
+
+@pytest.mark.parametrize("material", [pytest.param(m, marks=pytest.mark.slow if m.name in PLAIN else (), id=m.name) for m in CYCLES])
 def test_against_cycles(fresh_file, tmp_path, material):
     """An orthographic look at a smooth black-diffuse sphere: a pixel's radiance is the reflectance at its cosine."""
     bpy = fresh_file

@@ -98,7 +98,11 @@ def views_of(asset):
     return views
 
 
-@pytest.mark.parametrize("what", CHANGES)
+# What each of them alone shows, "all at once" shows by default.
+ALONE = ("a volume is squeezed", "a mirror moves")
+
+
+@pytest.mark.parametrize("what", [pytest.param(w, marks=pytest.mark.slow if w in ALONE else ()) for w in CHANGES])
 def test_then_it_is_as_if_baked_anew(renderer, baked, what):
     """Rays near what changed see what they see in a bake of the changed scene with maps from the same places; the old asset
     showed something else."""

@@ -29,6 +29,17 @@ def one_baked():
     return baked(SCENE)
 
 
+@pytest.fixture(scope="module")
+def two_baked():
+    """Two mirrors that face each other."""
+    return baked(two_mirrors())
+
+
+def asking(found, **settings):
+    """The same assets with other settings, of those that are read when a frame is drawn."""
+    return replace(found, assets={name: replace(a, settings={**a.settings, **settings}) for name, a in found.assets.items()})
+
+
 @pytest.fixture
 def drawn(device, one_baked):
     renderer = renderer_of(one_baked)
@@ -89,30 +100,28 @@ def test_two_levels_are_two_reflections(device, other):
     renderer.free()
 
 
-def test_without_an_end_the_last_level_is_black(device):
+def test_without_an_end_the_last_level_is_black(device, two_baked):
     """As the paper's, and as a renderer with that many bounces; with one it is answered by what gathers."""
-    scene = two_mirrors()
+    scene = two_baked.scene
     second = [i.name for i in scene.instances].index("Other")
     for endless in (False, True):
-        renderer = renderer_of(baked(scene, depth=1, endless=endless))
+        renderer = renderer_of(asking(two_baked, depth=1, endless=endless))
         seen = Seen(renderer, scene)
         shown = seen.radiance[seen.truth.object == second]
         assert (shown.max() > 0.1) == endless
         renderer.free()
 
 
-def test_depth_of_bounces_is_depth_of_levels(device):
-    scene = two_mirrors()
+def test_depth_of_bounces_is_depth_of_levels(device, two_baked):
     for depth in (1, 2, 3, 6):
-        renderer = renderer_of(baked(scene, depth=depth, endless=False))
-        seen = Seen(renderer, scene, bounces=depth - 1)
+        renderer = renderer_of(asking(two_baked, depth=depth, endless=False))
+        seen = Seen(renderer, two_baked.scene, bounces=depth - 1)
         assert np.mean(seen.error > 10 * tolerances.RECURSIVE_RADIANCE) < tolerances.RECURSIVE_EDGE
         renderer.free()
 
 
-def test_a_camera_uploads_compiles_and_allocates_nothing(device):
-    scene = two_mirrors()
-    renderer = renderer_of(baked(scene))
+def test_a_camera_uploads_compiles_and_allocates_nothing(device, two_baked):
+    renderer = renderer_of(two_baked)
     renderer.prepare()
     before = renderer.counts()
     renderer.picture(CAMERA)
@@ -144,14 +153,14 @@ def test_one_set_of_targets_a_level(device):
     assert sizes["five"][0] >= 4 and sizes["five"][1:] == sizes["one"][1:] and sizes["one"][2] == 1
 
 
-def test_targets_are_as_large_as_what_is_seen(device):
+def test_targets_are_as_large_as_what_is_seen(device, two_baked):
     """Deep in a row of mirrors that face each other little is; and what is shown is the same, to the pixel."""
-    renderer = renderer_of(baked(two_mirrors(), depth=6))
+    renderer = renderer_of(asking(two_baked, depth=6))
     picture = renderer.picture(CAMERA)
     levels = renderer._answers.levels.targets.by_depth
     assert len(levels) == renderer.mirrored_views.levels > 2
     assert levels[max(levels)].bytes < 0.5 * levels[1].bytes
-    fresh = renderer_of(baked(two_mirrors(), depth=6))  # whose targets were larger before
+    fresh = renderer_of(asking(two_baked, depth=6))  # whose targets were larger before
     fresh.picture(hand_scenes.camera((0.5, -0.5, 1.0), (-1.5, 0.2, 0.7), (128, 96), fov=1.5))
     np.testing.assert_allclose(fresh.picture(CAMERA), picture, atol=2e-3)
     renderer.free(), fresh.free()
@@ -222,12 +231,12 @@ def test_virtual_objects_in_a_mirrored_view(device):
     renderer.free()
 
 
-def test_targets_do_not_pop_and_are_given_back(device, monkeypatch):
+def test_targets_do_not_pop_and_are_given_back(device, two_baked, monkeypatch):
     """A camera that sways makes no new ones once it has been everywhere; one that stays away lets go of them."""
     from reflect_addon.gpu import level_targets
 
     monkeypatch.setattr(level_targets, "PATIENCE", 5)
-    renderer = renderer_of(baked(two_mirrors(), depth=3))
+    renderer = renderer_of(asking(two_baked, depth=3))
     made = []
     for frame in range(16):
         x = 1.0 + 0.3 * np.sin(1.3 * frame)
@@ -245,8 +254,7 @@ def test_what_is_culled_is_not_seen(device):
     """Each culling switched off, the picture is the same; no fewer views, triangles, pixels nor bytes are drawn, and for some more."""
     found, work, shown = baked(two_mirrors((1.5, 0.4, 1.0), (-1, -0.2, 0)), depth=3), {}, {}
     for name in ("", *(name for name in recursive.DEFAULTS if name.startswith("cull_"))):
-        off = {name: False} if name else {}
-        renderer = renderer_of(replace(found, assets={k: replace(a, settings={**a.settings, **off}) for k, a in found.assets.items()}))
+        renderer = renderer_of(asking(found, **({name: False} if name else {})))
         shown[name] = renderer.picture(CAMERA)
         counts, tree = renderer.counts(), renderer.mirrored_views
         work[name] = np.array([counts["views"], counts["triangles"], tree.pixels, renderer.mirrors.level_bytes()])

@@ -186,7 +186,7 @@ def test_the_next_frame_is_the_same(drawn):
     assert np.percentile(np.abs(first.position - second.position)[same], 99.9) < 1e-4
 
 
-@pytest.mark.parametrize("name", ["Torus", "Mirror"])
+@pytest.mark.parametrize("name", ["Torus", pytest.param("Mirror", marks=pytest.mark.slow)])
 def test_what_moves_needs_no_tables(drawn, rng, name):
     drawn.picture(CAMERA)
     about = {"Torus": np.array([1.0, 0.9, 0.5]), "Mirror": np.array([0, 0, 0.5])}[name]

@@ -66,7 +66,7 @@ def test_an_orthographic_camera_too(drawn):
 def test_rays_do_not_meet_the_other_side_of_what_they_come_from(device):
     """An open bowl is seen from both sides, and so the triangle that a ray starts on has another that faces it."""
     scene = among_things(mirror=hollow(place=(0, 0, 0.6)))
-    renderer = renderer_of(baked(scene, second_order=False))
+    renderer = renderer_of(baked(scene, second_order=False, map_texels=128))
     seen = Seen(renderer, scene, hand_scenes.camera((1.6, -0.4, 1.9), (0, 0, 0.4), (120, 90), fov=0.45))
     renderer.free()
     both = seen.drawn & seen.truth.hit
@@ -132,7 +132,7 @@ def test_what_is_gone_is_not_drawn(drawn):
 
 def test_the_papers_picture_lies_between_its_vertices(device, ball_baked):
     """Without finishing and with the published search: close, not exact."""
-    renderer = renderer_of(baked(SCENE, finish=False, paper=True))
+    renderer = renderer_of(baked(SCENE, ball_baked.surfaces, finish=False, paper=True))
     seen = Seen(renderer, SCENE)
     both = seen.drawn & seen.truth.hit
     assert np.percentile(seen.off[both], 95) < tolerances.VIRTUAL_BETWEEN
@@ -149,9 +149,10 @@ def test_statuses_are_told(drawn):
 def test_a_mirror_that_is_seen_mirrors(device):
     """A second ball shows the floor below it, not what it looks like from straight above."""
     scene = among_things(Second=ball(0.3, (0.9, 0.1, 0.3), 4))
-    off = {}
+    off, found = {}, None
     for second_order in (True, False):
-        renderer = renderer_of(baked(scene, second_order=second_order))
+        found = baked(scene, found and found.surfaces, second_order=second_order, map_texels=128)
+        renderer = renderer_of(found)
         seen = Seen(renderer, scene)
         second = (seen.truth.object == 4) & seen.drawn
         assert second.sum() > 100

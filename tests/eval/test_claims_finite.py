@@ -34,10 +34,13 @@ OPEN = ("teapots", "contact")
 SCALES = (1e-3, 1.0, 1e4)
 COVERING = {("teapots", 1e4), ("contact", 1e-3), ("kitchen", 1e4), ("columns", 1e-3), ("columns", 1.0)}
 SETTINGS = {"resolution": 16, "samples": 1, "texels": 8, "sky_error": 0, "maps": 1, "turns": 6,
-            "views": 4, "view_texels": 16, "map_texels": 16, "surface_samples": 1, "surface_tolerance": 0.1, "surface_noise": 0.0}
+            "views": 4, "view_texels": 16, "map_texels": 16, "surface_samples": 1, "surface_tolerance": 0.5, "surface_levels": 2,
+            "surface_triangles": 4000, "surface_noise": 0.0}
 WIDTH, HEIGHT = 32, 24
 # Reflectors that are baked; the first one's assets answer for the others. Each costs three traces.
 BAKED = 2
+# Cameras whose rays NumPy finds itself, and answers. Those of the others it answers as the GPU found them.
+WITHOUT_GPU = ("inside", "on an edge", "at infinity, through a telescope", "orthographic")
 
 
 @dataclass(frozen=True)
@@ -147,7 +150,7 @@ def test_every_buffer_is_finite(baked, method):
             assert seen.sum() > 0, name
             if name != "inside":  # the mirror may lie against a wall, and what is behind it in the dark
                 assert answer.radiance[seen].max() > 0 and display[seen][:, :3].max() > 0, name
-        for backend in (GpuBackend, NumpyBackend):
+        for backend in (GpuBackend,) if name in WITHOUT_GPU else (GpuBackend, NumpyBackend):
             single = backend(baked.snapshot, assets, baked.look, camera, rays).answer()
             assert nonfinite(single.radiance, single.coverage, single.position, single.status) == 0, (name, backend)
             assert len(single.coverage) == seen.sum() and single.coverage.min(initial=1) == 1, (name, backend)
@@ -161,7 +164,7 @@ def test_the_default_choice_covers_what_it_says():
 
 
 def test_the_ray_map_without_a_gpu_is_finite(baked):
-    for name in ("inside", "on an edge", "at infinity, through a telescope", "orthographic"):
+    for name in WITHOUT_GPU:
         camera = baked.cameras[name]
         rays = NumpyBackend.ray_map(baked.snapshot, camera)
         assert nonfinite(rays.origin, rays.direction, rays.normal) == 0, name

@@ -29,6 +29,12 @@ def baked(scene, folder, **settings):
     return asset
 
 
+@pytest.fixture(scope="module")
+def of_columns(device, tmp_path_factory):
+    """Its light field. Who asks opens the file again."""
+    return baked(scenes.columns(), tmp_path_factory.mktemp("columns"))
+
+
 def environments(scene, frames) -> list:
     """environment, baked at each frame."""
     return [room.environment_at(scene, n, **ENVIRONMENT) for n in frames]
@@ -39,10 +45,9 @@ def shares(assets, bases, frames) -> np.ndarray:
     return np.array([[f.rmse(a) / f.rmse(b) for f, b in zip(frames.values(), bases, strict=True)] for a in assets])
 
 
-def test_columns_while_the_ball_moves(device, tmp_path, record_property):
-    scene = scenes.columns()
-    asset = baked(scene, tmp_path)
-    frames = {n: room.frame_of(scene, n, SIZE, PATHS) for n in (1, 30, 60)}
+def test_columns_while_the_ball_moves(of_columns, record_property):
+    scene, asset = scenes.columns(), of_columns
+    frames = {n: room.frame_of(scene, n, SIZE, PATHS) for n in (1, 60)}
     bases = environments(scene, frames)
     plain, depth = both_ways(asset, bases, frames, record_property)
     assert plain.max() < tolerances.LIGHT_FIELD_COLUMNS
@@ -62,7 +67,7 @@ def both_ways(asset, bases, frames, record_property) -> np.ndarray:
     return found
 
 
-@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize("seed", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_rooms_like_it(seed, device, tmp_path, record_property):
     scene = moving_ball_rooms.build(seed)
     asset = baked(scene, tmp_path)
@@ -85,11 +90,10 @@ def test_the_focal_plane_is_nearly_the_best_of_a_scan(device, tmp_path, record_p
     assert found.over_sky() < tolerances.LIGHT_FIELD_FOCUS_SKY
 
 
-def test_the_ball_does_not_flicker(device, tmp_path, record_property):
+def test_the_ball_does_not_flicker(of_columns, record_property):
     scene = scenes.columns()
-    asset = baked(scene, tmp_path)
     frames = [room.frame_of(scene, n, (48, 36), 24, truths=2) for n in range(20, 28)]
-    own, true = room.flicker(asset, frames, read_look(scene))
+    own, true = room.flicker(of_columns, frames, read_look(scene))
     record_property("flicker", own / true)
     assert own < tolerances.LIGHT_FIELD_FLICKER * true
 

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from blender_scenes import emission, set_world
-from claims import measure
+from claims import Remembered, measure
 
 from reflect_addon.core import billboard_capture, metrics
 from reflect_addon.core.methods import billboards
@@ -57,12 +57,12 @@ def stage(floor):
 
 def errors(tmp_path, monkeypatch, seen, settings):
     """(rmse with second order, without) over the chrome ball's rays that Cycles says meet `seen`."""
-    out = []
+    out, tracer = [], Remembered()
     for name in ("second", "first"):
         if name == "first":
             monkeypatch.setattr(billboard_capture, "mirror_of", lambda *_: None)
             monkeypatch.setattr(billboards, "mirror_of", lambda *_: None)
-        found = measure(("billboards",), tmp_path / name, (96, 72), 64, settings, ("Sphere",))
+        found = measure(("billboards",), tmp_path / name, (96, 72), 64, settings, ("Sphere",), tracer)
         rays = np.array([*found.truth.object_names, ""])[found.truth.object] == seen
         assert rays.sum() > 100
         out.append(metrics.rmse(found.answers["billboards"].radiance[rays], found.truth.radiance[rays]))
