@@ -93,7 +93,7 @@ class Answers:
     def prepare(self, beside: str | None, resolve: Resolve):
         """Upload and compile everything now, seen or not. resolve: what makes light of answers."""
         for group in self._groups:
-            self.fill(group.asset, beside, group.is_rough)
+            self.fill(group.asset, beside, pixels=True)
             if self._projects(group):
                 self.projector.prepare(group.asset, beside)
             if is_body(group.asset):
@@ -116,15 +116,13 @@ class Answers:
             self.levels.draw(seen, range(group.first, group.last + 1), bounds, self.draw)
             if bounds is None:
                 continue
-            rough = group.is_rough
             if self._projects(group):
                 shown = [i for i in self._sharp(group) if self._is_large(seen.camera, i)]
                 self.projector.draw(seen.camera, seen.rays, target, group.asset, shown, bounds)
             live = self.levels.maps.asset_of(group.first)
-            rough = rough and live is None
-            textures = (*seen.rays.textures, self._materials.texture) if rough else seen.rays.textures[:3]
-            fill = self.fill(live or group.asset, target.beside, rough, live and live_maps.trace)
-            most = self.most_rays if rough else None
+            textures = (*seen.rays.textures, self._materials.texture)
+            fill = self.fill(live or group.asset, target.beside, True, live and live_maps.trace)
+            most = self.most_rays if group.is_rough and live is None else 1
             fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
             if is_body(group.asset):
                 self._body(group, live).draw(self._batch, seen, self._materials, group.first, group.last, bounds)
@@ -151,11 +149,11 @@ class Answers:
         bounds = self._raymap.screen_bounds(camera, {reflector})
         return bounds is not None and min(bounds[2:]) >= SMALLEST
 
-    def fill(self, asset: Asset, beside: str | None, rough: bool = False, kernel: Callable | None = None) -> Fill:
+    def fill(self, asset: Asset, beside: str | None, pixels: bool = False, kernel: Callable | None = None) -> Fill:
         kernel = kernel or self._kernel(asset.kind)
-        key = (id(asset), beside, rough, kernel)
+        key = (id(asset), beside, pixels, kernel)
         if key not in self._fills:
-            self._fills[key] = (asset, Fill(asset, kernel, beside, self._textures, rough))
+            self._fills[key] = (asset, Fill(asset, kernel, beside, self._textures, pixels))
         return self._fills[key][1]
 
     def bytes(self) -> int:
