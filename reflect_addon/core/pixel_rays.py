@@ -8,9 +8,15 @@ longest and shortest extent and the line across the pixel that is stretched most
 count is odd: the middle one is the pixel's own ray and says where things are.
 A footprint is as wide as a box, and what reads a level of a map is not: between texels it blends four (a tent), and each is a box itself. A
 tent of half width h and a box of width h have the variance h^2 / 6 + h^2 / 12 together, a pixel p^2 / 12; so the level is that of p / sqrt(3).
+The kernel below is told of a pixel's differences; gpu/glsl/fill_pixel.frag.glsl takes them from the ray map, `differences` is the same in NumPy.
 Limits. Differences between pixels, so what changes within one is not seen; only along one line; up to MOST rays. On rough surfaces the rays
 of the lobe (lobe_rays.py) are shared out over the pixel instead where they are more.
 """
+
+import numpy as np
+
+from .kernel import evaluate, record_function
+from .rays import RayMap
 
 # Most rays of one pixel, odd.
 MOST = 7
@@ -45,3 +51,34 @@ def rays(k, scope, along_x, along_y, width, spread, most):
     return {
         "rays": count, "line": line, "width": FILTER * width, "spread": FILTER * k.select(several, k.min(each, spread), spread),
     }  # fmt: skip
+
+
+def differences(ray_map: RayMap) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """((turned, moved) along x, the same along y), (N, 3) each, of the covered pixels in row order: what direction and origin change by from a pixel to the
+    next one on the same reflector, on that side where the direction changes less, since the other may lead across an edge; 0 where there is none."""
+    mask, found = ray_map.covered(), []
+    for axis in (1, 0):
+        least, turned, moved = np.full(mask.shape, np.inf), np.zeros_like(ray_map.direction), np.zeros_like(ray_map.origin)
+        for side in (-1, 1):
+            here, there = _shifted(mask.ndim, axis, side), _shifted(mask.ndim, axis, -side)
+            change = ray_map.direction[there] - ray_map.direction[here]
+            amount = (change**2).sum(-1)
+            better = mask[here] & (ray_map.reflector[there] == ray_map.reflector[here]) & (amount < least[here])
+            least[here][better] = amount[better]
+            turned[here][better] = side * change[better]
+            moved[here][better] = side * (ray_map.origin[there] - ray_map.origin[here])[better]
+        found.append((turned[mask], moved[mask]))
+    return found[0], found[1]
+
+
+def of_ray_map(ray_map: RayMap) -> dict[str, np.ndarray]:
+    """What `rays` says of the covered pixels in row order; all must be smooth, since a ray map's spread has a rough surface's lobe in it."""
+    mask = ray_map.covered()
+    (turned_x, _), (turned_y, _) = differences(ray_map)
+    inputs = {"along_x": turned_x, "along_y": turned_y, "width": ray_map.width[mask], "spread": ray_map.spread[mask]}
+    return evaluate(record_function(rays, INPUTS), {**inputs, "most": np.full(mask.sum(), MOST, np.float32)})
+
+
+def _shifted(dimensions: int, axis: int, side: int) -> tuple[slice, ...]:
+    """All of an image that has a neighbour on that side."""
+    return tuple((slice(None, -1) if side > 0 else slice(1, None)) if i == axis else slice(None) for i in range(dimensions))

@@ -5,6 +5,7 @@ import pytest
 
 from reflect_addon.core import pixel_rays
 from reflect_addon.core.kernel import evaluate, record_function
+from reflect_addon.core.rays import RayMap
 
 PROGRAM = record_function(pixel_rays.rays, pixel_rays.INPUTS)
 
@@ -58,3 +59,21 @@ def test_a_level_read_at_that_footprint_has_the_pixels_variance():
     box = np.abs(at) <= texel / 2
     kernel = np.convolve(tent, box, "same")
     assert (kernel * at**2).sum() / kernel.sum() == pytest.approx(1 / 12, rel=1e-3)
+
+
+def test_differences_stay_on_one_reflector_and_one_surface(rng):
+    """Of two neighbours the one whose direction is nearer; none of another reflector, nor beyond the picture."""
+    shape = (5, 7)
+    reflector = np.repeat([[0, 0, 0, 1, 1, -1, 1]], 5, 0).astype(np.int32)
+    origin, direction = (rng.normal(size=(*shape, 3)).astype(np.float32) for _ in range(2))
+    zero = np.zeros(shape, np.float32)
+    found = pixel_rays.differences(RayMap(origin, direction, direction, reflector, zero, zero, ("a", "b")))
+    pixels = np.argwhere(reflector >= 0)
+    for steps, (turned, moved) in zip(((0, 1), (1, 0)), found, strict=True):
+        for (y, x), turn, move in zip(pixels, turned, moved, strict=True):
+            beside = [(s, y + s * steps[0], x + s * steps[1]) for s in (-1, 1)]
+            beside = [(s, b, a) for s, b, a in beside if 0 <= b < 5 and 0 <= a < 7 and reflector[b, a] == reflector[y, x]]
+            ways = [(s * (direction[b, a] - direction[y, x]), s * (origin[b, a] - origin[y, x])) for s, b, a in beside]
+            wanted = min(ways, key=lambda way: (way[0] ** 2).sum(), default=(np.zeros(3), np.zeros(3)))
+            np.testing.assert_allclose(turn, wanted[0])
+            np.testing.assert_allclose(move, wanted[1])

@@ -8,7 +8,7 @@ import pytest
 import tolerances
 
 from reflect_addon.core import pixel_rays
-from reflect_addon.core.kernel import Hit, evaluate, record, record_function, run_numpy
+from reflect_addon.core.kernel import Hit, record, run_numpy
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.spaces import FAR, STATUS_HIT
 
@@ -35,27 +35,11 @@ def renderer_of(*things):
 def by_the_book(ray_map, asset):
     """((H, W, 3) radiance, (H, W) rays) of a ray map with one reflector, each pixel's rays one after another."""
     mask = ray_map.covered()
-    changes = []
-    for axis in (1, 0):
-        least, turned, moved = np.full(mask.shape, np.inf), np.zeros_like(ray_map.direction), np.zeros_like(ray_map.origin)
-        for side in (-1, 1):
-            there = np.roll(mask, -side, axis)
-            edge = np.take(np.arange(mask.size).reshape(mask.shape), [-1 if side > 0 else 0], axis)
-            there.flat[edge.ravel()] = False
-            change = np.roll(ray_map.direction, -side, axis) - ray_map.direction
-            amount = (change**2).sum(-1)
-            better = there & (amount < least)
-            least[better] = amount[better]
-            turned[better] = side * change[better]
-            moved[better] = side * (np.roll(ray_map.origin, -side, axis) - ray_map.origin)[better]
-        changes.append((turned[mask], moved[mask]))
-    (turned_x, moved_x), (turned_y, moved_y) = changes
-    count = mask.sum()
-    inputs = {"along_x": turned_x, "along_y": turned_y, "width": ray_map.width[mask], "spread": ray_map.spread[mask], "most": np.full(count, pixel_rays.MOST)}
-    pixel = evaluate(record_function(pixel_rays.rays, pixel_rays.INPUTS), inputs)
+    (turned_x, moved_x), (turned_y, moved_y) = pixel_rays.differences(ray_map)
+    pixel = pixel_rays.of_ray_map(ray_map)
     line, rays = pixel["line"], np.rint(pixel["rays"]).astype(int)
     turned, moved = (line[:, :1] * a + line[:, 1:] * b for a, b in ((turned_x, turned_y), (moved_x, moved_y)))
-    total = np.zeros((count, 3))
+    total = np.zeros_like(turned)
     for i in range(pixel_rays.MOST):
         along = np.where(i < rays, (i + 0.5) / rays - 0.5, 0)[:, None].astype(np.float32)
         direction = ray_map.direction[mask] + along * turned
