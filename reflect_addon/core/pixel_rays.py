@@ -18,12 +18,13 @@ import numpy as np
 from .kernel import evaluate, record_function
 from .rays import RayMap
 
-# Most rays of one pixel, odd.
-MOST = 7
+# Most rays of one pixel, odd: in a picture, and while somebody moves about.
+MOST, LIVE = 7, 3
 # A pixel that is stretched less than so many times sends one ray.
 UNEVEN = 1.5
-# So does one whose footprint grows less than this, per metre: half a degree, less than a texel of most maps.
-LEAST = 0.01
+# Growth of the longest extent, per metre, that one ray may have however stretched the pixel is: a degree, a texel or two of most maps. So the
+# finer a picture, the fewer rays its pixels send.
+FINE = 0.03
 # Level of a map over the pixel's extent, see above.
 FILTER = 3.0**-0.5
 
@@ -43,8 +44,8 @@ def rays(k, scope, along_x, along_y, width, spread, most):
     shortest = k.name("shortest", k.max(0.5 * (xx + yy) - swing, 0.0))
     cosine = k.name("cosine", k.clamp(uneven / k.max(swing, 1e-20), -1.0, 1.0))
     line = k.vec2(k.sqrt(0.5 + 0.5 * cosine), k.sqrt(0.5 - 0.5 * cosine) * k.select(xy < 0.0, -1.0, 1.0))
-    times = k.name("times", k.sqrt(longest / k.max(shortest, 1e-12)))
-    several = (spread > LEAST) & (times > UNEVEN)
+    times = k.name("times", k.sqrt(k.min(longest / k.max(shortest, 1e-12), longest * FINE**-2)))
+    several = (spread > FINE) & (times > UNEVEN)
     count = k.name("count", k.select(several, k.min(2.0 * k.ceil(0.5 * times - 0.5) + 1.0, most), 1.0))
     each = k.sqrt(0.5 * (longest / (count * count) + shortest))
     k.cite("differences across an edge of the surface say nothing of it: no footprint is wider than the surface's own")
@@ -71,12 +72,12 @@ def differences(ray_map: RayMap) -> tuple[tuple[np.ndarray, np.ndarray], tuple[n
     return found[0], found[1]
 
 
-def of_ray_map(ray_map: RayMap) -> dict[str, np.ndarray]:
+def of_ray_map(ray_map: RayMap, most: int = MOST) -> dict[str, np.ndarray]:
     """What `rays` says of the covered pixels in row order; all must be smooth, since a ray map's spread has a rough surface's lobe in it."""
     mask = ray_map.covered()
     (turned_x, _), (turned_y, _) = differences(ray_map)
     inputs = {"along_x": turned_x, "along_y": turned_y, "width": ray_map.width[mask], "spread": ray_map.spread[mask]}
-    return evaluate(record_function(rays, INPUTS), {**inputs, "most": np.full(mask.sum(), MOST, np.float32)})
+    return evaluate(record_function(rays, INPUTS), {**inputs, "most": np.full(mask.sum(), most, np.float32)})
 
 
 def _shifted(dimensions: int, axis: int, side: int) -> tuple[slice, ...]:

@@ -80,7 +80,7 @@ def _errors(scene, judged, plain, pixels) -> list[dict]:
     chosen = {"all": np.ones(len(at), bool), "curved in planar": ~on_curved & meets_curved, "planar in curved": on_curved & meets_planar}
     errors = {name: [metrics.rmse(radiance[which], truth.radiance[which]) for radiance in shown] for name, which in chosen.items()}
     averaged = {name: [metrics.rmse(radiance[which], pixels[which]) for radiance in (shown_flat, shown[3])] for name, which in chosen.items()}
-    rays_sent = pixel_rays.of_ray_map(judged.ray_map)["rays"]
+    rays_sent = pixel_rays.of_ray_map(judged.ray_map, pixel_rays.LIVE)["rays"]
     noise = metrics.rmse(judged.truth.second_radiance, truth.radiance)
     frame, rays = ([e[which] / e[0] for e in errors.values()] for which in (3, 1))
     told = "; ".join(

@@ -48,8 +48,8 @@ class Group:
 class Answers:
     """Fills, virtual objects and mirrored views of one renderer. kernel: kind -> trace function."""
 
-    def __init__(self, gpu, counts: Counts, textures: TextureCache, kernel: Callable[[str], Callable], most_rays: int):
-        self.gpu, self._textures, self._kernel, self.most_rays = gpu, textures, kernel, most_rays
+    def __init__(self, gpu, counts: Counts, textures: TextureCache, kernel: Callable[[str], Callable], most_rays: int, most_along: int):
+        self.gpu, self._textures, self._kernel, self.most_rays, self.most_along = gpu, textures, kernel, most_rays, most_along
         self._batch = triangle_batch()
         self.projector = Projector(counts, textures)
         self.levels = Levels(counts, textures, self._batch, most_rays)
@@ -122,7 +122,7 @@ class Answers:
             live = self.levels.maps.asset_of(group.first)
             textures = (*seen.rays.textures, self._materials.texture)
             fill = self.fill(live or group.asset, target.beside, True, live and live_maps.trace)
-            most = self.most_rays if group.is_rough and live is None else 1
+            most = self.most_rays if group.is_rough and live is None else 1, self.most_along
             fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
             if is_body(group.asset):
                 self._body(group, live).draw(self._batch, seen, self._materials, group.first, group.last, bounds)

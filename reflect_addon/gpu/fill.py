@@ -121,16 +121,17 @@ class Fill:
                 samplers=tuple(samplers),
                 outputs=(("VEC4", "radiance_out"), *outputs),
                 generated=(("kernel", kernel.source), *calls),
-                defines=(("PIXEL_LEAST", f"{pixel_rays.LEAST:.6f}"),) if pixels else (),
+                defines=(("PIXEL_FINE", f"{pixel_rays.FINE:.6f}"),) if pixels else (),
             ),
             self.counts,
         )
 
-    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, most_rays: int = 1):
+    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, most_rays: tuple[int, int] = (1, 1)):
         """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere), where the target has
         depth only those for which nothing was drawn.
 
-        ray_textures: RAYS, and for pixels the ray map's materials and the table of materials; most_rays: of a rough one's lobe."""
+        ray_textures: RAYS, and for pixels the ray map's materials and the table of materials; most_rays: of a rough
+        one's lobe, and along the line that a curved one stretches."""
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
@@ -144,7 +145,7 @@ class Fill:
             if self._pixels:
                 x, y, width, height = bounds or (0, 0, target.width, target.height)
                 shader.set("bounds", (x, y, x + width, y + height))
-                shader.set("most_rays", (most_rays, pixel_rays.MOST))
+                shader.set("most_rays", most_rays)
             for name, texture in zip(self._rays, ray_textures, strict=True):
                 shader.image(name, texture)
             for sampler, (name, array) in self._images.items():

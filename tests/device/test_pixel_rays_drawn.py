@@ -29,7 +29,7 @@ def renderer_of(*things):
 
     snapshot = scenes.snapshot(*things)
     asset = replace(scenes.sky_asset(), kind="stripes", images={}, uniforms={})
-    return Renderer(snapshot, {i.name: asset for i in snapshot.reflectors()}, kernel=lambda kind: stripes), asset
+    return Renderer(snapshot, {i.name: asset for i in snapshot.reflectors()}, kernel=lambda kind: stripes, most_along=pixel_rays.MOST), asset
 
 
 def by_the_book(ray_map, asset):

@@ -41,7 +41,7 @@ void main()
   float added = texelFetch(materials_tx, ivec2(2, int(texelFetch(material_tx, pixel, 0).r + 0.5)), 0).y;
   float own_spread = sqrt(max(mirrored.w * mirrored.w - added * added, 0.0));
   vec3 turned_x = vec3(0.0), turned_y = vec3(0.0), moved_x = vec3(0.0), moved_y = vec3(0.0);
-  if (own_spread > PIXEL_LEAST) {
+  if (own_spread > PIXEL_FINE) {
     to_next(pixel, ivec2(1, 0), origin, mirrored.xyz, turned_x, moved_x);
     to_next(pixel, ivec2(0, 1), origin, mirrored.xyz, turned_y, moved_y);
   }
