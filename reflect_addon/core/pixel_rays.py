@@ -9,6 +9,7 @@ count is odd: the middle one is the pixel's own ray and says where things are.
 A footprint is as wide as a box, and what reads a level of a map is not: between texels it blends four (a tent), and each is a box itself. A
 tent of half width h and a box of width h have the variance h^2 / 6 + h^2 / 12 together, a pixel p^2 / 12; so the level is that of p / sqrt(3).
 The kernel below is told of a pixel's differences; gpu/glsl/fill_pixel.frag.glsl takes them from the ray map, `differences` is the same in NumPy.
+Flat reflectors stretch no pixel; they are asked as the ray map says.
 Limits. Differences between pixels, so what changes within one is not seen; only along one line; up to MOST rays. On rough surfaces the rays
 of the lobe (lobe_rays.py) are shared out over the pixel instead where they are more.
 """

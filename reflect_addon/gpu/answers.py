@@ -43,6 +43,7 @@ class Group:
     last: int
     # Whether some surface sends several rays over its lobe: where that shows, at the outlines of stand-ins.
     is_rough: bool
+    is_curved: bool  # whether some surface may stretch pixels
 
 
 class Answers:
@@ -84,16 +85,18 @@ class Answers:
             if asset is None:
                 continue
             is_rough = index in rough and lobe_rays.has_outlines(asset)
+            is_curved = self._snapshot.meshes[instance.mesh].is_bent
             if groups and groups[-1].asset is asset and groups[-1].last == index - 1 and not live & {index, index - 1}:
-                groups[-1] = Group(asset, groups[-1].first, index, groups[-1].is_rough or is_rough)
+                one = groups[-1]
+                groups[-1] = Group(asset, one.first, index, one.is_rough or is_rough, one.is_curved or is_curved)
             else:
-                groups.append(Group(asset, index, index, is_rough))
+                groups.append(Group(asset, index, index, is_rough, is_curved))
         return groups
 
     def prepare(self, beside: str | None, resolve: Resolve):
         """Upload and compile everything now, seen or not. resolve: what makes light of answers."""
         for group in self._groups:
-            self.fill(group.asset, beside, pixels=True)
+            self.fill(group.asset, beside, group.is_rough or group.is_curved)
             if self._projects(group):
                 self.projector.prepare(group.asset, beside)
             if is_body(group.asset):
@@ -120,8 +123,9 @@ class Answers:
                 shown = [i for i in self._sharp(group) if self._is_large(seen.camera, i)]
                 self.projector.draw(seen.camera, seen.rays, target, group.asset, shown, bounds)
             live = self.levels.maps.asset_of(group.first)
-            textures = (*seen.rays.textures, self._materials.texture)
-            fill = self.fill(live or group.asset, target.beside, True, live and live_maps.trace)
+            pixels = group.is_rough and live is None or group.is_curved
+            textures = (*seen.rays.textures, self._materials.texture) if pixels else seen.rays.textures[:3]
+            fill = self.fill(live or group.asset, target.beside, pixels, live and live_maps.trace)
             most = self.most_rays if group.is_rough and live is None else 1, self.most_along
             fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
             if is_body(group.asset):

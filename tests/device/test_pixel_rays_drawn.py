@@ -81,6 +81,6 @@ def test_what_is_flat_sends_one_ray(device, mesh, place):
     """Across its edges too, where neighbours' rays differ: to the bit what one ray shows."""
     renderer, asset = renderer_of(("mirror", mesh, place, scenes.MIRROR))
     found, lines = renderer.answer(CAMERA), renderer.answer(CAMERA, footprints=False)
-    assert found.coverage.any()
+    assert found.coverage.any() and not mesh.is_bent and BALL.is_bent
     np.testing.assert_array_equal(found.radiance[..., 0], lines.radiance[..., 0])
     renderer.free()
