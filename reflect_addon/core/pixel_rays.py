@@ -23,8 +23,8 @@ from .rays import RayMap
 MOST, LIVE = 7, 3
 # A pixel that is stretched less than so many times sends one ray.
 UNEVEN = 1.5
-# Growth of the longest extent, per metre, that one ray may have however stretched the pixel is: a degree, a texel or two of most maps. So the
-# finer a picture, the fewer rays its pixels send.
+# Growth of the longest extent, per metre, that one ray may have however stretched the pixel is: a degree and a half, a texel or two of
+# most maps. So the finer a picture, the fewer rays its pixels send.
 FINE = 0.03
 # Level of a map over the pixel's extent, see above.
 FILTER = 3.0**-0.5
