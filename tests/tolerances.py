@@ -329,6 +329,12 @@ CURVED_DRAWN, CURVED_PLACE = 0.02, 0.02
 CURVED_DEEP = 0.1
 # ... and light of 2 to 9 of a lamp, added to half floats.
 CURVED_LAMP = 0.02
+# Rays of a pixel: radiance of at most 1 in half floats (2.4e-4), and stripes of 16 a unit at float32 directions that are normalised by another way (1e-5) ...
+PIXEL_RAYS = 1e-3
+# ... of all but pixels where one of two nearly equal differences, or a count at its step, falls the other way ...
+PIXEL_RAYS_ALIKE = 0.99
+# ... and error against 64 rays a pixel, over that of one ray (0.42 measured).
+PIXEL_RAYS_ERROR = 0.5
 # Live cube maps. Relative error of distances in half floats, 11 bits, and of a float32 place some metres away (5e-4 and 1e-6) ...
 MAP_DISTANCE = 2e-3
 # ... share of texels beside an edge, faces of 32: the rasteriser and Embree cut a texel's middle from another side; surfaces that are refined
@@ -344,6 +350,8 @@ MAP_PLACED = 0.9
 # of three answers, averaged over some twenty neighbours, are uncertain by a sixth, and samples are asked a whole number of times.
 CALMED_NOISE = 0.2
 CALMED_QUESTIONS = 0.25
+# ... a ball's normal where a ray from a dozen radii away meets it, all but grazing, in float32 (1.1e-4 measured) ...
+BALL_NORMAL = 5e-4
 # ... and the RMSE of what planar mirrors show to rays that are mirrored where these are, over that of a march through their images
 # (0.03 measured).
 MAP_MIRRORED = 0.1

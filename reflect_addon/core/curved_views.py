@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .camera import Camera
-from .mirror_planes import MirrorPlane, is_mirror, reflectance
+from .mirror_planes import MirrorPlane, is_mirror, reflectance, world_normals
 from .mirrored_view import far_of
-from .snapshot import SceneSnapshot
+from .snapshot import Instance, Material, SceneSnapshot
 
 # Tangent of half the one view's angle: 127 degrees in all.
 WIDE = 2.0
@@ -26,6 +26,12 @@ CORNERS = 12
 MOSTLY = 0.5
 # Share of Schlick's rise towards grazing angles that a ball shows on average: twice the integral of c (1 - c)^5.
 MEAN_RISE = 1 / 21
+# A mesh is a ball when no corner is nearer to its middle than this share of its radius, ...
+AS_FAR = 0.99
+# ... no shading normal's cosine to a ball's is less than this (2.6 degrees), which tells smooth from flat shading, ...
+AS_BENT = 0.999
+# ... and its faces have this share of the ball's surface: 20 segments of 10 rings have 0.96, a cube 0.64, a cut ball less.
+AS_WHOLE = 0.94
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,7 @@ class CurvedMirror:
     radius: float  # m, of a ball that holds it
     specular: float  # largest channel of its reflectance straight on, 0..1
     grazing: float = 1.0  # at 90 degrees
+    ball: Material | None = None  # of a whole smooth ball of one material, which the ball that holds it then is; else None
 
     @property
     def mean(self) -> float:
@@ -60,8 +67,18 @@ def curved_of(scene: SceneSnapshot, planes: tuple[MirrorPlane, ...]) -> tuple[Cu
         radius = float(np.linalg.norm(corners - center, axis=-1).max())
         materials = [scene.materials[m] for m, mirror in zip(reflector.materials, mirrors, strict=True) if mirror]
         straight, grazing = np.max([reflectance(m) for m in materials], axis=0)
-        found.append(CurvedMirror(index, center, radius, float(straight), float(grazing)))
+        is_ball = mirrors.all() and len(set(materials)) == 1 and _is_ball(scene, reflector, center, radius)
+        found.append(CurvedMirror(index, center, radius, float(straight), float(grazing), materials[0] if is_ball else None))
     return tuple(found)
+
+
+def _is_ball(scene: SceneSnapshot, reflector: Instance, center: np.ndarray, radius: float) -> bool:
+    mesh = scene.meshes[reflector.mesh]
+    out = scene.world_positions(reflector)[mesh.triangles] - center
+    far = np.linalg.norm(out, axis=-1, keepdims=True)
+    normals = world_normals(reflector, mesh.corner_normals)
+    bent = np.abs((normals * out / np.maximum(far, 1e-300)).sum(-1)).min()
+    return bool(far.min() >= AS_FAR * radius and bent >= AS_BENT and _area(*np.moveaxis(out, 1, 0)) >= AS_WHOLE * 4 * np.pi * radius**2)
 
 
 def _area(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:

@@ -59,7 +59,7 @@ def asset_of_map(
         },
         options={
             "layers": 1, "steps": -(-most // stride), "iterations": layered_distance.DEFAULTS["iterations"],
-            "mirrors": tuple(len(plane.outline) for plane in met), "bounces": bounces,
+            "mirrors": tuple(len(plane.outline) for plane in met), "ball": map_mirrors.meets_ball(curved), "bounces": bounces,
         },
     )  # fmt: skip
 
@@ -76,7 +76,9 @@ def trace(k, asset, ray) -> Hit:
         mirror = map_mirrors.nearest(k, asset, origin - center, direction)
         at = k.name("at", origin + direction * mirror.distance)
         on = k.name("on", direction - 2.0 * k.dot(direction, mirror.normal) * mirror.normal)
-        ends = (mirror.distance >= met.far) | map_mirrors.comes_back(k, asset, at - center, on) | (i > bounces - 0.5)
+        ends = (mirror.distance >= met.far) | (i > bounces - 0.5)
+        if not asset.options["ball"]:
+            ends = ends | map_mirrors.comes_back(k, asset, at - center, on)
         ends = k.name("ends", ends)
         return (
             k.select(ends, origin, at), k.select(ends, direction, on), k.select(ends, width, width + spread * mirror.distance),

@@ -1,12 +1,13 @@
-"""Planar mirrors that the rays of a live map meet: they are met where they are, and the ray goes on from there, as a kernel.
+"""Mirrors that the rays of a live map meet, planar ones and the ball itself: they are met where they are, and the ray goes on from there, as a kernel.
 
 Problem. A map shows what a mirror shows to the reflector's middle. From elsewhere on the reflector, most of all at its rim, another part of the mirrored
 world is seen, round other corners, and the mirror's edge cuts it off elsewhere: a march through images (live_maps.py) knows none of that.
 Idea. Where the mirror is, is known exactly: a plane and an outline. A ray that reaches one before it meets what the map shows is mirrored there, times the
 mirror's reflectance, and followed through the same map from there; so is that ray, BOUNCES times. What the map shows of images is always
 behind the mirror that shows them, so it is never in the way.
-A mirrored ray that comes back to the reflector's ball would meet what is not in the map, the reflector: it is left to the image, which has it.
-Limits. Only what can be told from the outline and constants: mirrors of one metal, as their light is all reflected, that fill their outline, have few corners and
+A mirrored ray that comes back to the reflector would meet what is not in the map. Where that is a ball it is one more mirror whose place is known; else the
+ray is left to the image, which shows the reflector as the map's middle sees it.
+Limits. Only what can be told from the outline or radius and constants: mirrors of one metal, as their light is all reflected, that fill their outline, have few corners and
 are smooth. A metal's own emission is lost. The nearest MOST are taken. Where a ray is let go, the image takes over with a step in what is shown.
 """
 
@@ -27,6 +28,8 @@ BOUNCES = 2
 MOST, MOST_CORNERS = 8, 8
 # Share of the outline that faces cover: a frame around a hole has less.
 FILLED = 0.99
+# A ray that starts nearer to a ball than this share of its radius squared leaves it: facets lie within, tangents beyond.
+ON_BALL = 0.02
 METAL = 0.999
 
 
@@ -50,27 +53,42 @@ def met_exactly(curved: CurvedMirror, planes: tuple[MirrorPlane, ...]) -> tuple[
     return tuple(plane for _, plane in sorted(found, key=lambda pair: pair[0])[:MOST])
 
 
+def meets_ball(curved: CurvedMirror) -> bool:
+    """Whether its rays may meet the reflector again as a ball."""
+    return _is_metal(curved.ball)
+
+
 def _is_exact(plane: MirrorPlane) -> bool:
-    material: Material | None = plane.material
-    if material is None or min(material.metallic, material.specular_weight) < METAL or material.roughness > mirrors.ROUGHEST:
-        return False
-    return plane.filled >= FILLED and len(plane.outline) <= MOST_CORNERS
+    return _is_metal(plane.material) and plane.filled >= FILLED and len(plane.outline) <= MOST_CORNERS
+
+
+def _is_metal(material: Material | None) -> bool:
+    """A smooth one, of which all light is mirrored."""
+    return material is not None and min(material.metallic, material.specular_weight) >= METAL and material.roughness <= mirrors.ROUGHEST
 
 
 def uniforms_of(curved: CurvedMirror, planes: tuple[MirrorPlane, ...]) -> dict[str, tuple[float, ...] | float]:
     """What `nearest` reads, relative to the ball's middle."""
     values: dict[str, tuple[float, ...] | float] = {"ball": curved.radius}
+    if meets_ball(curved):
+        values |= _of_metal("ball", curved.ball)
     for number, plane in enumerate(planes):
-        outline, material = plane.outline - curved.center, plane.material
+        outline = plane.outline - curved.center
         values[f"mirror{number}"] = (*map(float, plane.normal), float(plane.normal @ (plane.origin - curved.center)))
-        values[f"mirror{number}_color"] = tuple(map(float, material.base_color))
-        values[f"mirror{number}_edge_tint"] = tuple(map(float, material.specular_tint))
-        values[f"mirror{number}_spread"] = roughness_spread(material)
+        values |= _of_metal(f"mirror{number}", plane.material)
         for edge, (start, end) in enumerate(zip(outline, np.roll(outline, -1, 0), strict=True)):
             inward = np.cross(plane.normal, end - start)
             inward = inward / max(np.linalg.norm(inward), 1e-300)
             values[f"mirror{number}_side{edge}"] = (*map(float, inward), float(-inward @ start))
     return values
+
+
+def _of_metal(name: str, material: Material) -> dict[str, tuple[float, ...] | float]:
+    return {
+        f"{name}_color": tuple(map(float, material.base_color)),
+        f"{name}_edge_tint": tuple(map(float, material.specular_tint)),
+        f"{name}_spread": roughness_spread(material),
+    }
 
 
 def nearest(k, asset, offset, direction) -> Met:
@@ -91,12 +109,26 @@ def nearest(k, asset, offset, direction) -> Met:
         far, normal = k.select(within, t, far), k.select(within, plane.xyz, normal)
         color, tint = k.select(within, u[f"mirror{number}_color"], color), k.select(within, u[f"mirror{number}_edge_tint"], tint)
         spread = k.select(within, u[f"mirror{number}_spread"], spread)
+    if asset.options["ball"]:
+        toward, outside = k.name("toward", k.dot(offset, direction)), k.name("outside", _outside(k, asset, offset))
+        inside = k.name("under_root", toward * toward - outside)
+        t = k.name("to_ball", -toward - k.sqrt(k.max(inside, 0.0)))
+        within = (toward < 0.0) & (inside > 0.0) & (outside > ON_BALL * u["ball"] * u["ball"]) & (t < far)
+        within = k.name("on_ball", within)
+        far, normal = k.select(within, t, far), k.select(within, (offset + direction * t) * (1.0 / u["ball"]), normal)
+        color, tint = k.select(within, u["ball_color"], color), k.select(within, u["ball_edge_tint"], tint)
+        spread = k.select(within, u["ball_spread"], spread)
     k.cite("core/shading.py: a metal's reflectance")
     return Met(k.name("mirror_far", far), normal, fresnel_metal(k, k.clamp(-k.dot(direction, normal), 0.0, 1.0), color, tint), spread)
 
 
 def comes_back(k, asset, offset, direction):
-    """bool: whether a ray from there meets the reflector's ball, or starts in it."""
-    toward, radius = k.dot(offset, direction), asset.uniforms["ball"]
-    outside = k.dot(offset, offset) - radius * radius
+    """bool: whether a ray from there meets the ball around the reflector, or starts in it."""
+    toward, outside = k.dot(offset, direction), _outside(k, asset, offset)
     return (outside <= 0.0) | (toward < 0.0) & (toward * toward > outside)
+
+
+def _outside(k, asset, offset):
+    """float: squared distance from the ball's middle, less that of its surface."""
+    radius = asset.uniforms["ball"]
+    return k.dot(offset, offset) - radius * radius

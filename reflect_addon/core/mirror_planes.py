@@ -53,7 +53,7 @@ def _planes(scene: SceneSnapshot, index: int, reflector: Instance, middles: dict
     if not mirrors.any():
         return []
     mesh, slots = scene.meshes[reflector.mesh], scene.slots(reflector)
-    positions, normals = scene.world_positions(reflector), _world_normals(reflector, mesh.corner_normals)
+    positions, normals = scene.world_positions(reflector), world_normals(reflector, mesh.corner_normals)
     if not _any_flat(positions[mesh.triangles[mirrors[slots]]], normals[mirrors[slots]]):
         return []
     surface = surface_of(positions, mesh.triangles, normals)
@@ -101,7 +101,7 @@ def reflectance(material: Material) -> tuple[float, float]:
     return material.specular_weight * min(straight, 1.0), material.specular_weight
 
 
-def _world_normals(reflector: Instance, normals: np.ndarray) -> np.ndarray:
+def world_normals(reflector: Instance, normals: np.ndarray) -> np.ndarray:
     """(T, 3, 3): by the cofactors, which a mirroring matrix turns to the side that the turned winding has. Not of unit length."""
     linear = np.asarray(reflector.world_from_object, np.float64)[:3, :3]
     cofactors = np.stack([np.cross(linear[:, (k + 1) % 3], linear[:, (k + 2) % 3]) for k in range(3)], -1)

@@ -6,6 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+# Of a cosine: a quarter of a degree, far more than rounding of normals.
+FLAT = 1e-5
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -24,6 +27,15 @@ class Mesh:
             digest.update(repr((array.shape, array.dtype.str)).encode())
             digest.update(np.ascontiguousarray(array))
         return f"{len(self.triangles)}.{len(self.positions)}-{digest.hexdigest()}"
+
+    @cached_property
+    def is_bent(self) -> bool:
+        """Whether shading normals part from the faces' anywhere, by more than FLAT, so that it mirrors as something curved; worked out once."""
+        corners = self.positions[self.triangles].astype(np.float64)
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(cross, axis=-1)
+        along = np.abs(np.einsum("tkx,tx->tk", self.corner_normals, cross)).min(-1, initial=np.inf)
+        return bool((along < (1 - FLAT) * length).any())
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core import lobe_rays
+from ..core import lobe_rays, pixel_rays
 from ..core.asset import Asset, asset_of
 from ..core.background import background_of, can_show, why_none
 from ..core.camera import Camera
@@ -77,7 +77,8 @@ def render_picture(
         if not background:
             say(0.5, "tracing the frame")
             seen = primary(view, samples=samples, scene=scene, progress=lambda s, t: say(0.5 + 0.4 * s, t))
-        renderer = Renderer(snapshot, loaded, look=read_look(scene), surfaces=baked.surfaces, most_rays=lobe_rays.MOST)
+        look, most = read_look(scene), {"most_rays": lobe_rays.MOST, "most_along": pixel_rays.MOST}
+        renderer = Renderer(snapshot, loaded, look=look, surfaces=baked.surfaces, **most)
         if not background:
             covered = renderer.ray_map(view).covered()[..., None]
             behind = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)

@@ -45,13 +45,14 @@ class Group:
     last: int
     # Whether some surface sends several rays over its lobe: where that shows, at the outlines of stand-ins.
     is_rough: bool
+    is_curved: bool  # whether some surface may stretch pixels
 
 
 class Answers:
     """Fills, virtual objects and mirrored views of one renderer. kernel: kind -> trace function."""
 
-    def __init__(self, gpu, counts: Counts, textures: TextureCache, kernel: Callable[[str], Callable], most_rays: int):
-        self.gpu, self._textures, self._kernel, self.most_rays = gpu, textures, kernel, most_rays
+    def __init__(self, gpu, counts: Counts, textures: TextureCache, kernel: Callable[[str], Callable], most_rays: int, most_along: int):
+        self.gpu, self._textures, self._kernel, self.most_rays, self.most_along = gpu, textures, kernel, most_rays, most_along
         self._batch = triangle_batch()
         self.projector = Projector(counts, textures)
         self.levels = Levels(counts, textures, self._batch, most_rays)
@@ -86,16 +87,18 @@ class Answers:
             if asset is None:
                 continue
             is_rough = index in rough and lobe_rays.has_outlines(asset)
+            is_curved = self._snapshot.meshes[instance.mesh].is_bent
             if groups and groups[-1].asset is asset and groups[-1].last == index - 1 and not live & {index, index - 1}:
-                groups[-1] = Group(asset, groups[-1].first, index, groups[-1].is_rough or is_rough)
+                one = groups[-1]
+                groups[-1] = Group(asset, one.first, index, one.is_rough or is_rough, one.is_curved or is_curved)
             else:
-                groups.append(Group(asset, index, index, is_rough))
+                groups.append(Group(asset, index, index, is_rough, is_curved))
         return groups
 
     def prepare(self, beside: str | None, resolve: Resolve):
         """Upload and compile everything now, seen or not. resolve: what makes light of answers."""
         for group in self._groups:
-            self.fill(group.asset, beside, group.is_rough)
+            self.fill(group.asset, beside, group.is_rough or group.is_curved)
             if self._projects(group):
                 self.projector.prepare(group.asset, beside)
             if is_body(group.asset):
@@ -118,15 +121,14 @@ class Answers:
             self.levels.draw(seen, range(group.first, group.last + 1), bounds, self.draw)
             if bounds is None:
                 continue
-            rough = group.is_rough
             if self._projects(group):
                 shown = [i for i in self._sharp(group) if self._is_large(seen.camera, i)]
                 self.projector.draw(seen.camera, seen.rays, target, group.asset, shown, bounds)
             live = self.levels.maps.asset_of(group.first)
-            rough = rough and live is None
-            textures = (*seen.rays.textures, self._materials.texture) if rough else seen.rays.textures[:3]
-            fill = self.fill(live or group.asset, target.beside, rough, live and live_maps.trace)
-            most = self.most_rays if rough else None
+            pixels = group.is_rough and live is None or group.is_curved
+            textures = (*seen.rays.textures, self._materials.texture) if pixels else seen.rays.textures[:3]
+            fill = self.fill(live or group.asset, target.beside, pixels, live and live_maps.trace)
+            most = self.most_rays if group.is_rough and live is None else 1, self.most_along
             fill.draw(self.gpu, self._batch, textures, target, group.first, group.last, bounds, most)
             if is_body(group.asset):
                 self._body(group, live).draw(self._batch, seen, self._materials, group.first, group.last, bounds)
@@ -153,11 +155,11 @@ class Answers:
         bounds = self._raymap.screen_bounds(camera, {reflector})
         return bounds is not None and min(bounds[2:]) >= SMALLEST
 
-    def fill(self, asset: Asset, beside: str | None, rough: bool = False, kernel: Callable | None = None) -> Fill:
+    def fill(self, asset: Asset, beside: str | None, pixels: bool = False, kernel: Callable | None = None) -> Fill:
         kernel = kernel or self._kernel(asset.kind)
-        key = (id(asset), beside, rough, kernel)
+        key = (id(asset), beside, pixels, kernel)
         if key not in self._fills:
-            self._fills[key] = (asset, Fill(asset, kernel, beside, self._textures, rough))
+            self._fills[key] = (asset, Fill(asset, kernel, beside, self._textures, pixels))
         return self._fills[key][1]
 
     def bytes(self) -> int:

@@ -1,14 +1,14 @@
 """The reflection buffer: an emitted kernel answers the rays of the ray map, whoever made them.
 
 The same shader fills a frame and answers any bundle of rays (`trace_rays`), so what is compared with NumPy is what is
-drawn. An output that nobody wants is neither computed nor stored.
+drawn; a picture's pixels send several rays where they need them. An output that nobody wants is neither computed nor stored.
 """
 
 from collections.abc import Callable
 
 import numpy as np
 
-from ..core import lobe_rays
+from ..core import lobe_rays, pixel_rays
 from ..core.asset import Asset
 from ..core.kernel import GlslKernel, emit_glsl, record, record_function, type_of
 from ..core.rays import Answer, Rays
@@ -29,7 +29,7 @@ RAYS = ("origin_tx", "direction_tx", "normal_tx")
 # Half floats end here; a brighter sun stays a sun instead of becoming infinite.
 _STORE_RADIANCE = "  radiance_out = vec4(clamp(hit_radiance, -65504.0, 65504.0), hit_coverage);\n"
 # What may be stored beside it (targets.ReflectionTarget): (the kernel's outputs, the shader's, GLSL of one ray, GLSL of
-# each ray of a lobe and of their mean: of distances the harmonic one, since the sky is infinitely far).
+# each ray of several and of their mean: of distances the harmonic one, since the sky is infinitely far).
 _BESIDE = {
     None: ((), (), "", ("", "")),
     "position": (
@@ -69,40 +69,42 @@ def emitted(trace: Callable, asset: Asset, wanted: tuple[str, ...]) -> GlslKerne
 class Fill:
     """One asset's kernel, compiled for radiance and what is stored beside it, with its textures and uniform block.
 
-    rough: its reflectors may send several rays over their lobe (core/lobe_rays.py); it then reads the materials."""
+    pixels: the rays are a picture's, whose pixels may send several (core/pixel_rays.py, core/lobe_rays.py); it then reads the
+    materials. Else each ray is answered as it is."""
 
-    def __init__(self, asset: Asset, trace: Callable, beside: str | None, textures: TextureCache, rough: bool = False):
+    def __init__(self, asset: Asset, trace: Callable, beside: str | None, textures: TextureCache, pixels: bool = False):
         more, outputs, store, _ = _BESIDE[beside]
         wanted = ("radiance", "coverage", *more)
         self.counts = textures.counts
         kernel = emitted(trace, asset, wanted)
         self.source = kernel.source
-        self._inputs = AssetInputs(kernel, asset, textures)
+        self._inputs, self._pixels = AssetInputs(kernel, asset, textures), pixels
         self._inputs.upload()
-        self._rays = RAYS + (("material_tx", "materials_tx") if rough else ())
+        self._rays = RAYS + (("material_tx", "materials_tx") if pixels else ())
         samplers = [("FLOAT_2D", name) for name in (*self._rays, *self._inputs.samplers)]
-        calls = _lobe_calls(kernel, beside) if rough else (("call", call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + store),)
+        calls = _pixel_calls(kernel, beside) if pixels else (("call", call_text(kernel, _RAY, "hit_") + _STORE_RADIANCE + store),)
         self.program = program(
             ProgramInfo(
                 name=f"reflect_fill_{asset.kind}",
                 vertex="fullscreen.vert.glsl",
-                fragment="fill_rough.frag.glsl" if rough else "fill.frag.glsl",
+                fragment="fill_pixel.frag.glsl" if pixels else "fill.frag.glsl",
                 attributes=(("FLOAT", "unused"),),
-                uniforms=(("VEC2", "reflectors"), *((("FLOAT", "most_rays"),) if rough else ())),
+                uniforms=(("VEC2", "reflectors"), *((("VEC4", "bounds"), ("VEC2", "most_rays")) if pixels else ())),
                 blocks=self._inputs.blocks,
                 samplers=tuple(samplers),
                 outputs=(("VEC4", "radiance_out"), *outputs),
                 generated=(("kernel", kernel.source), *calls),
+                defines=(("PIXEL_FINE", f"{pixel_rays.FINE:.6f}"),) if pixels else (),
             ),
             self.counts,
         )
 
-    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, most_rays=None):
+    def draw(self, gpu, batch, ray_textures, target: ReflectionTarget, first: int, last: int, bounds=None, most_rays: tuple[int, int] = (1, 1)):
         """Answer the rays of reflectors first..last inside bounds (x, y, width, height; None: everywhere), where the target has
         depth only those for which nothing was drawn.
 
-        ray_textures: RAYS, and for rough reflectors the ray map's materials and the table of materials; most_rays: for these,
-        of a pixel."""
+        ray_textures: RAYS, and for pixels the ray map's materials and the table of materials; most_rays: of a rough
+        one's lobe, and along the line that a curved one stretches."""
         with target.framebuffer.bind():
             target.framebuffer.viewport_set(0, 0, target.width, target.height)
             gpu.state.blend_set("NONE")
@@ -113,7 +115,9 @@ class Fill:
             shader = self.program
             shader.bind()
             shader.set("reflectors", (first, last))
-            if most_rays is not None:
+            if self._pixels:
+                x, y, width, height = bounds or (0, 0, target.width, target.height)
+                shader.set("bounds", (x, y, x + width, y + height))
                 shader.set("most_rays", most_rays)
             for name, texture in zip(self._rays, ray_textures, strict=True):
                 shader.image(name, texture)
@@ -125,11 +129,11 @@ class Fill:
 
 
 def lobe_parts() -> tuple[tuple[str, str], tuple[str, str]]:
-    """Sources that shaders include: the rays of a lobe, and the call for one of them."""
+    """Sources that shaders include: the rays of a lobe, and the call for one of them, around `ray_direction`."""
     rays = emit_glsl(record_function(lobe_rays.count, lobe_rays.COUNT_INPUTS), ("rays",), "rays_of_lobe")
     one = emit_glsl(record_function(lobe_rays.direction, lobe_rays.DIRECTION_INPUTS), ("direction", "weight"), "ray_of_lobe")
     arguments = {
-        "mirrored": "mirrored.xyz", "normal": "normal.xyz", "alpha": f"added * {lobe_rays.ALPHA}", "turn": "turn", "share": "share",
+        "mirrored": "ray_direction", "normal": "normal.xyz", "alpha": f"added * {lobe_rays.ALPHA}", "turn": "turn", "share": "share",
     }  # fmt: skip
     table = ", ".join(f"vec2({c:.7f}, {s:.7f})" for c, s in lobe_rays.turns())
     return (
@@ -138,10 +142,16 @@ def lobe_parts() -> tuple[tuple[str, str], tuple[str, str]]:
     )
 
 
-def _lobe_calls(kernel, beside: str | None):
-    """What fill_rough.frag.glsl includes."""
+def _pixel_calls(kernel, beside: str | None):
+    """What fill_pixel.frag.glsl includes."""
     each, mean = _BESIDE[beside][-1]
-    return (*lobe_parts(), ("call", call_text(kernel, LOBE_RAY, "hit_")), ("add_beside", each), ("store_beside", mean))
+    wanted = ("rays", "line", "width", "spread")
+    pixel = emit_glsl(record_function(pixel_rays.rays, pixel_rays.INPUTS), wanted, "rays_of_pixel")
+    arguments = {"along_x": "turned_x", "along_y": "turned_y", "width": "normal.w", "spread": "own_spread", "most": "most_rays.y"}
+    return (
+        *lobe_parts(), ("pixel", pixel.source), ("pixel_call", call_text(pixel, arguments, "pixel_")),
+        ("call", call_text(kernel, {**LOBE_RAY, "origin": "ray_origin"}, "hit_")), ("add_beside", each), ("store_beside", mean),
+    )  # fmt: skip
 
 
 class RayBundle:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ..core import lobe_rays
+from ..core import lobe_rays, pixel_rays
 from ..core.asset import Asset
 from ..core.camera import Camera
 from ..core.look import Look
@@ -44,7 +44,7 @@ class Renderer:
     """assets: by reflector (core.asset.asset_of), already joined with what they require.
     look: None leaves exposure 0 and the Standard view. attenuation: half distance in metres, None = off.
     surfaces: the scene's surface radiance (core/surface_asset.py), from which stand-ins follow what moves.
-    most_rays: of a pixel of a rough reflector (core/lobe_rays.py)."""
+    most_rays: of a pixel of a rough reflector (core/lobe_rays.py); most_along: of a curved one (core/pixel_rays.py)."""
 
     def __init__(
         self,
@@ -55,6 +55,7 @@ class Renderer:
         kernel: Callable[[str], Callable] = registered_kernel,
         surfaces: Asset | None = None,
         most_rays: int = lobe_rays.LIVE,
+        most_along: int = pixel_rays.LIVE,
         resolve: type[Resolve] = Resolve,
     ):
         self.gpu = ensure()
@@ -67,7 +68,7 @@ class Renderer:
         self._textures = TextureCache(self._counts)
         self._followers = Followers(self._counts, self._textures)
         self.followed = Followed()  # what the last update made again
-        self._answers = Answers(self.gpu, self._counts, self._textures, kernel, most_rays)
+        self._answers = Answers(self.gpu, self._counts, self._textures, kernel, most_rays, most_along)
         self._rays: RayMapTarget | None = None
         self._targets: dict[str | None, ReflectionTarget] = {}
         self._draws = False  # whether something is drawn into the reflection buffer, which then has depth

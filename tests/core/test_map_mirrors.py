@@ -1,11 +1,11 @@
-"""core/map_mirrors.py and live_maps.py: which mirrors rays of a map meet, and what they show then, in a painted ball with one mirror in it."""
+"""core/map_mirrors.py and live_maps.py: which mirrors rays of a map meet, and what they show then, in a painted ball with two mirrors in it."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import tolerances
-from analytic import smooth, unit
+from analytic import smooth, sphere_distance, unit
 from mesh_scenes import MIRROR
 from mirror_views import mirror
 
@@ -19,6 +19,7 @@ BALL = CurvedMirror(1, np.array([0.1, -0.2, 0.3]), 0.5, 1.0)
 PANES = tuple(replace(mirror(place, normal, half), material=GOLD) for place, normal, half in (
     ((-1.4, 0.0, 0.2), (1, 0, 0), 0.9), ((0.2, 0.4, -1.1), (0.1, 0.0, 1), 0.8),
 ))  # fmt: skip
+ROUND = replace(BALL, ball=GOLD)
 WORLD, SIDE = 4.0, 128  # m, of a painted ball around everything; texels of the map
 
 
@@ -29,8 +30,8 @@ def starts(rng, count=1500):
     return BALL.center + BALL.radius * normal, direction
 
 
-def meets(origin, direction, panes):
-    """(distance, index or -1) of the mirror that each ray meets, by the book."""
+def meets(origin, direction, panes, ball=False):
+    """(distance, index or -1) of the mirror that each ray meets, by the book; ball: the reflector's too, as the index after the panes'."""
     far, which = np.full(len(origin), np.inf), np.full(len(origin), -1)
     for index, pane in enumerate(panes):
         falls = -direction @ pane.normal
@@ -39,16 +40,27 @@ def meets(origin, direction, panes):
         half = np.abs(off @ unit(np.roll(pane.outline, -1, 0) - pane.outline)[:2].T).max(1)
         hit = (t > 0) & (half <= np.linalg.norm(pane.outline[1] - pane.outline[0]) / 2) & (t < far)
         far[hit], which[hit] = t[hit], index
+    if ball:
+        off = origin - BALL.center
+        t = sphere_distance(off, direction, np.zeros(3), BALL.radius)
+        hit = (np.linalg.norm(off, axis=1) > BALL.radius * (1 + 1e-6)) & (t < far)
+        far[hit], which[hit] = t[hit], len(panes)
     return far, which
 
 
-def shown(origin, direction, panes, bounces):
+def normals_of(origin, far, direction, which):
+    """(N, 3) of the mirrors that rays meet."""
+    out = (origin + far[:, None] * direction - BALL.center) / BALL.radius
+    return np.where((which == len(PANES))[:, None], out, np.array([*(p.normal for p in PANES), np.zeros(3)])[which])
+
+
+def shown(origin, direction, panes, bounces, ball=False):
     """(radiance, length of the way) in a painted ball, by the book: mirrors reflect gold's share, Schlick's curve to white."""
     share, way = np.ones((len(origin), 3)), np.zeros(len(origin))
     for _ in range(bounces):
-        far, which = meets(origin, direction, panes)
+        far, which = meets(origin, direction, panes, ball)
         hit = which >= 0
-        normal = np.array([p.normal for p in panes])[which[hit]]
+        normal = normals_of(origin[hit], far[hit], direction[hit], which[hit])
         cosine = -np.einsum("nx,nx->n", direction[hit], normal)
         share[hit] *= np.array(GOLD.base_color) * (1 - (1 - cosine[:, None]) ** 5) + (1 - cosine[:, None]) ** 5
         way[hit] += far[hit]
@@ -70,33 +82,35 @@ def image():
     return cubemap.assemble(BALL.center, SIDE, Hits(radiance, place, direction, none, none == 0))
 
 
-def answered(image, origin, direction, panes, bounces=map_mirrors.BOUNCES):
+def answered(image, origin, direction, panes, bounces=map_mirrors.BOUNCES, ball=BALL):
     texels, uniforms = image
     reach = live_maps.Reach(BALL.center, uniforms["distance_scale"] * cubemap.FARTHEST)
-    asset = live_maps.asset_of_map(reach, SIDE, SIDE, texels, BALL, panes, bounces)
+    asset = live_maps.asset_of_map(reach, SIDE, SIDE, texels, ball, panes, bounces)
     asset = replace(asset, uniforms={**asset.uniforms, "radiance_scale": uniforms["radiance_scale"]})
     return run_numpy(record(live_maps.trace, asset), asset, Rays(origin.astype(np.float32), direction.astype(np.float32)))
 
 
-def test_the_nearest_mirror_is_met(rng):
-    """Inside its outline and from the side that mirrors; the rest meets none."""
+@pytest.mark.parametrize("ball", [BALL, ROUND])
+def test_the_nearest_mirror_is_met(rng, ball):
+    """Inside its outline and from the side that mirrors, the ball from without; the rest meets none."""
     origin, direction = starts(rng)
     origin[::3] += 6 * direction[::3]  # also from behind the mirrors
+    direction[::6] = unit(ball.center + 0.99 * ball.radius * unit(rng.normal(size=direction[::6].shape)) - origin[::6])  # and towards the ball, not to graze it
     values = {"offset": origin - BALL.center, "direction": direction}
-    uniforms = map_mirrors.uniforms_of(BALL, PANES)
+    uniforms = map_mirrors.uniforms_of(ball, PANES)
 
     def kernel(k, scope, offset, direction):
         met = map_mirrors.nearest(k, scope, offset, direction)
         return {"distance": met.distance, "normal": met.normal}
 
-    options = {"mirrors": tuple(len(p.outline) for p in PANES)}
+    options = {"mirrors": tuple(len(p.outline) for p in PANES), "ball": map_mirrors.meets_ball(ball)}
     program = record_function(kernel, dict.fromkeys(values, "vec3"), uniforms=uniforms, options=options)
     found = evaluate(program, values, type("Asset", (), {"images": {}, "uniforms": uniforms}))
-    far, which = meets(origin, direction, PANES)
+    far, which = meets(origin, direction, PANES, ball is ROUND)
     hit = which >= 0
-    assert hit.sum() > 100 and np.array_equal(found["distance"] < 1e6, hit)
+    assert np.bincount(which[hit], minlength=3)[: 2 + (ball is ROUND)].min() > 50 and np.array_equal(found["distance"] < 1e6, hit)
     np.testing.assert_allclose(found["distance"][hit], far[hit], rtol=1e-4)
-    np.testing.assert_allclose(found["normal"][hit], np.array([p.normal for p in PANES])[which[hit]], atol=1e-6)
+    np.testing.assert_allclose(found["normal"][hit], normals_of(origin, far, direction, which)[hit], atol=tolerances.BALL_NORMAL)
 
 
 def test_what_mirrors_show_is_where_it_is(image, rng):
@@ -117,6 +131,26 @@ def test_what_mirrors_show_is_where_it_is(image, rng):
     assert np.median(np.abs(along / way - 1)[clear]) < tolerances.MAP_DISTANCE
     others = which < 0
     np.testing.assert_array_equal(exact.radiance[others], images.radiance[others])
+
+
+def test_a_ball_shows_itself_in_mirrors(image, rng):
+    """Rays that come back to it from a mirror are mirrored in it and go on; by its image, as the map's middle sees it, they are not."""
+    origin, direction = starts(rng, 10_000)
+    far, which = meets(origin, direction, PANES)
+    at = origin + np.where(which < 0, 0, far)[:, None] * direction
+    on = direction - 2 * (direction * normals_of(origin, far, direction, which)).sum(1, keepdims=True) * normals_of(origin, far, direction, which)
+    back = (which >= 0) & (meets(at, on, PANES, True)[1] == len(PANES))
+    origin, direction = origin[back], direction[back]
+    truth, _ = shown(origin, direction, PANES, 4, True)
+    exact, images = (answered(image, origin, direction, PANES, 4, ball) for ball in (ROUND, BALL))
+    errors = [np.sqrt(((answer.radiance - truth) ** 2).mean()) for answer in (exact, images)]
+    assert back.sum() > 100 and errors[0] < tolerances.MAP_MIRRORED * errors[1]
+
+
+def test_only_a_smooth_metal_ball_is_met():
+    assert map_mirrors.meets_ball(ROUND) and not map_mirrors.meets_ball(BALL)
+    for other in (replace(GOLD, metallic=0.0), replace(GOLD, roughness=0.4)):
+        assert not map_mirrors.meets_ball(replace(BALL, ball=other))
 
 
 def test_only_what_constants_tell_is_met_exactly():

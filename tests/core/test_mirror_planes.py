@@ -75,10 +75,24 @@ def test_what_is_curved():
         scene = snapshot(shape)
         found = curved_of(scene, planes_of(scene))
         assert len(found) == curved
-    assert found[0].radius == pytest.approx(0.5) and found[0].specular == pytest.approx(0.8)
+    assert found[0].ball == MIRROR and found[0].radius == pytest.approx(0.5) and found[0].specular == pytest.approx(0.8)
     np.testing.assert_allclose(found[0].center, (3, 2, 1), atol=1e-6)
     scene = snapshot(smooth_mirror(trimesh.Trimesh(np.zeros((3, 3)), [[0, 1, 2]], process=False)))
     assert curved_of(scene, ()) == ()
+
+
+def test_what_is_a_ball():
+    """Whole, round and smooth, of one material, whichever way it is turned; no cube has room in the ball, though its corners are on it."""
+    coarse = trimesh.creation.uv_sphere(count=(10, 20))
+    assert curved_of(snapshot(smooth_mirror(coarse)), ())[0].ball == MIRROR
+    round_ = trimesh.creation.icosphere(subdivisions=3)
+    half = trimesh.Trimesh(round_.vertices, round_.faces[round_.triangles_center[:, 2] > 0], process=True)
+    long = round_.copy().apply_scale((1, 1, 1.1))
+    pierced = smooth_mirror(trimesh.Trimesh(round_.vertices, round_.faces[200:]))
+    two = smooth_mirror(round_.copy(), (MIRROR, MATTE))
+    two.metadata["faces"] = np.arange(len(two.faces)) % 2
+    for shape in (smooth_mirror(half), smooth_mirror(long), pierced, two, smooth_mirror(trimesh.creation.box((1, 1, 1))), round_):
+        assert all(curved.ball is None for curved in curved_of(snapshot(shape), ()))
 
 
 def test_only_faces_of_mirror_like_materials_and_one_mirror_for_all_of_a_plane():
