@@ -1,0 +1,166 @@
+"""Use in materials, and remove: reflectors whose own materials show a method's reflections in EEVEE, without the add-on.
+
+Problem. An artist's file gets new materials, groups, images and actions, and must be as before when they go.
+Idea. A copy of each material gets a shader tree for EEVEE that asks the asset's group (native_shader.py); the copy takes the slot's place on the object
+(native_slots.py); the artist's material stays behind both. Everything is made before the first slot changes, and what was made goes again when
+anything fails. Removing puts the slots back and deletes what is ours and has no user left.
+"""
+
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from ..core import methods
+from ..core.asset import Asset
+from ..core.errors import ReflectError
+from ..core.kernel import KernelError
+from ..core.snapshot import SceneSnapshot
+from .native_marks import NAME, ORIGINAL, OURS, is_ours
+from .native_plan import Change, plan
+from .native_shader import draw_with_group
+from .native_slots import put, take_back
+from .node_images import keep_images
+from .reflection_group import reflection_group
+
+KINDS = ("materials", "node_groups", "images", "actions")  # collections of bpy.data that ours are in, users before what they use
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was done, for the person who asked."""
+
+    materials: int = 0  # of ours that slots show now, or that were removed
+    objects: int = 0
+    nodes: int = 0  # of the materials, groups counted with all that is in them
+    sentences: tuple[str, ...] = ()  # what stayed as it is, and why
+
+
+def use_in_materials(
+    scene: bpy.types.Scene, snapshot: SceneSnapshot, assets: dict[str, Asset], method: str, *, pack: bool = True,
+    folder: Path | None = None, stale: Collection[str] = (),
+) -> Report:  # fmt: skip
+    """Gives every reflector of the snapshot materials that show its asset; those that have them already get new ones.
+
+    pack: images go into the .blend; else they are written below `folder`. ReflectError when no object can be changed, or the method's
+    kernel cannot be nodes; the file is then as it was."""
+    if method not in methods.gathering():
+        raise ReflectError(f"{method} draws the scene again for each frame, which a material cannot.", _choose())
+    planned = plan(scene, snapshot, assets, method, stale)
+    if not planned.changes:
+        said = " ".join(planned.sentences) or f"The scene '{scene.name}' has no reflector."
+        raise ReflectError("No material was changed.", said)
+    with _all_or_nothing(), ExitStack() as undo:
+        try:
+            copies, nodes, unchanged = _copies(planned.changes)
+            for tree in {id(tree): tree for tree in _answering(copies.values())}.values():
+                keep_images(tree, pack, folder)
+        except KernelError as error:
+            raise ReflectError(f"{method} cannot be made into nodes: {error}.", _choose()) from error
+        for change in planned.changes:
+            if (own := copies.get(_key(change))) is not None:
+                undo.callback(put(change.obj, change.index, own))
+        undo.pop_all()
+    _purge()
+    for (_, _, _), own in copies.items():
+        own.name = NAME.format(own[ORIGINAL].name)  # free again once those of an earlier bake have gone
+    objects = {change.obj.name_full for change in planned.changes if _key(change) in copies}
+    return Report(len(copies), len(objects), nodes, (*planned.sentences, *unchanged))
+
+
+def remove_from_materials(objects: Iterable[bpy.types.Object]) -> Report:
+    """Gives the objects' slots back what they showed, and deletes what nobody uses then."""
+    changed, sentences = 0, []
+    for obj in objects:
+        if len(obj.reflect_native):
+            changed += 1
+        kept = [take_back(obj, position) for position in reversed(range(len(obj.reflect_native)))]
+        if not all(kept):
+            sentences.append(f"{obj.name} was given another material since; that one stays.")
+    return Report(_purge(), changed, 0, tuple(sentences))
+
+
+def has_native(objects: Iterable[bpy.types.Object]) -> bool:
+    """Whether any of them shows materials of ours."""
+    return any(len(obj.reflect_native) for obj in objects)
+
+
+def _choose() -> str:
+    return f"Choose among: {', '.join(methods.gathering())}."
+
+
+def _key(change: Change) -> tuple[str, int, float]:
+    return change.material.name_full, id(change.asset), change.roughest
+
+
+def _copies(changes: tuple[Change, ...]):
+    """(_key -> material of ours, nodes in all of them, sentences on materials where nothing mirrors for EEVEE)."""
+    groups, copies, nodes, unchanged = {}, {}, 0, []
+    for change in changes:
+        key, asset = _key(change), change.asset
+        if key in copies:
+            continue
+        if id(asset) not in groups:
+            groups[id(asset)] = reflection_group(asset, f"Reflect {asset.kind} {asset.reflector}".strip())
+        own = change.material.copy()
+        own[ORIGINAL] = change.material
+        own.name = NAME.format(change.material.name)
+        added = draw_with_group(own, groups[id(asset)], change.roughest)
+        if added:
+            copies[key] = own
+            nodes += added + _inlined(own.node_tree)
+        else:
+            bpy.data.materials.remove(own)
+            copies[key] = None
+            unchanged.append(f"{change.material.name}: what EEVEE draws of it has nothing that mirrors; it stays as it is.")
+    return {key: own for key, own in copies.items() if own is not None}, nodes, unchanged
+
+
+def _answering(materials) -> Iterator[bpy.types.NodeTree]:
+    """Each group of ours below materials."""
+    pending = [material.node_tree for material in materials]
+    while pending:
+        inside = [n.node_tree for n in pending.pop().nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree]
+        pending += inside
+        yield from (tree for tree in inside if OURS in tree)
+
+
+def _inlined(tree: bpy.types.NodeTree) -> int:
+    """Nodes in the groups of ours below a tree, a group counted each time it is used."""
+    inside = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree and OURS in n]
+    return sum(len(group.nodes) + _inlined(group) for group in inside)
+
+
+@contextmanager
+def _all_or_nothing() -> Iterator[None]:
+    """Marks every data-block that the body makes as ours; removes them when it raises."""
+    before = {(kind, block.session_uid) for kind in KINDS for block in getattr(bpy.data, kind)}
+
+    def new():
+        return [(kind, b) for kind in KINDS for b in getattr(bpy.data, kind) if (kind, b.session_uid) not in before]
+
+    try:
+        yield
+    except BaseException:
+        for kind, block in new():
+            getattr(bpy.data, kind).remove(block)
+        raise
+    for _, block in new():
+        if not is_ours(block):
+            block[OURS] = True
+
+
+def _purge() -> int:
+    """Deletes what is ours and has no user; how many materials that were."""
+    count, again = 0, True
+    while again:
+        again = False
+        for kind in KINDS:
+            blocks = getattr(bpy.data, kind)
+            for block in [b for b in blocks if is_ours(b) and b.users == 0 and b.library is None]:
+                count += kind == "materials"
+                blocks.remove(block)
+                again = True
+    return count
