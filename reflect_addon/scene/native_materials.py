@@ -18,13 +18,15 @@ from ..core.asset import Asset
 from ..core.errors import ReflectError
 from ..core.kernel import KernelError
 from ..core.snapshot import SceneSnapshot
+from .kernel_group import IOR
 from .native_marks import NAME, ORIGINAL, OURS, is_ours
 from .native_plan import Change, plan
 from .native_shader import draw_with_group
 from .native_slots import put, take_back
 from .node_images import keep_images
-from .reflection_group import reflection_group
+from .reflection_group import REFLECTANCE, reflection_group
 
+SHARED = (REFLECTANCE, IOR)  # groups that are found by their names
 KINDS = ("materials", "node_groups", "images", "actions")  # collections of bpy.data that ours are in, users before what they use
 
 
@@ -36,6 +38,9 @@ class Report:
     objects: int = 0
     nodes: int = 0  # of the materials, groups counted with all that is in them
     sentences: tuple[str, ...] = ()  # what stayed as it is, and why
+
+    def counts(self) -> str:
+        return f"{_many(self.materials, 'material')} of {_many(self.objects, 'object')}, {_many(self.nodes, 'node')}"
 
 
 def use_in_materials(
@@ -63,9 +68,6 @@ def use_in_materials(
             if (own := copies.get(_key(change))) is not None:
                 undo.callback(put(change.obj, change.index, own))
         undo.pop_all()
-    _purge()
-    for (_, _, _), own in copies.items():
-        own.name = NAME.format(own[ORIGINAL].name)  # free again once those of an earlier bake have gone
     objects = {change.obj.name_full for change in planned.changes if _key(change) in copies}
     return Report(len(copies), len(objects), nodes, (*planned.sentences, *unchanged))
 
@@ -85,6 +87,10 @@ def remove_from_materials(objects: Iterable[bpy.types.Object]) -> Report:
 def has_native(objects: Iterable[bpy.types.Object]) -> bool:
     """Whether any of them shows materials of ours."""
     return any(len(obj.reflect_native) for obj in objects)
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _choose() -> str:
@@ -128,28 +134,36 @@ def _answering(materials) -> Iterator[bpy.types.NodeTree]:
 
 
 def _inlined(tree: bpy.types.NodeTree) -> int:
-    """Nodes in the groups of ours below a tree, a group counted each time it is used."""
-    inside = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree and OURS in n]
+    """Nodes in the groups below a tree that the material asks for us, a group counted each time it is used."""
+    inside = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree and (OURS in n or OURS in tree)]
     return sum(len(group.nodes) + _inlined(group) for group in inside)
 
 
 @contextmanager
 def _all_or_nothing() -> Iterator[None]:
-    """Marks every data-block that the body makes as ours; removes them when it raises."""
+    """Marks every data-block that the body makes as ours, and deletes those of an earlier bake that nobody uses then. When the body
+    raises, what it made is removed. New blocks get the names that earlier ones have."""
     before = {(kind, block.session_uid) for kind in KINDS for block in getattr(bpy.data, kind)}
+    earlier = {(kind, b.session_uid): b.name for kind in KINDS for b in getattr(bpy.data, kind) if is_ours(b) and b.name not in SHARED}
 
-    def new():
-        return [(kind, b) for kind in KINDS for b in getattr(bpy.data, kind) if (kind, b.session_uid) not in before]
+    def blocks(known, wanted: bool):
+        return [(kind, b) for kind in KINDS for b in getattr(bpy.data, kind) if ((kind, b.session_uid) in known) == wanted]
 
+    for _, block in blocks(earlier, True):
+        block.name = f"{block.name} (earlier)"
     try:
         yield
+        for _, block in blocks(before, False):
+            if not is_ours(block):
+                block[OURS] = True
+        _purge()
     except BaseException:
-        for kind, block in new():
+        for kind, block in blocks(before, False):
             getattr(bpy.data, kind).remove(block)
         raise
-    for _, block in new():
-        if not is_ours(block):
-            block[OURS] = True
+    finally:
+        for kind, block in blocks(earlier, True):
+            block.name = earlier[kind, block.session_uid]
 
 
 def _purge() -> int:

@@ -29,8 +29,9 @@ def draw_with_group(material: bpy.types.Material, group: bpy.types.NodeTree, rou
     if artist.target == "EEVEE":
         output = artist
     else:
+        active = artist.is_active_output
         output = sheet.clone(artist)
-        output.target, output.is_active_output = "EEVEE", True
+        output.target, artist.is_active_output = "EEVEE", active  # one output can be active; EEVEE prefers its own all the same
     sheet.feed(output.inputs["Surface"], made)
     sheet.place(output)
     rewriter.sheets.append(sheet)
