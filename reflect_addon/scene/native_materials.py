@@ -133,10 +133,10 @@ def _answering(materials) -> Iterator[bpy.types.NodeTree]:
         yield from (tree for tree in inside if OURS in tree)
 
 
-def _inlined(tree: bpy.types.NodeTree) -> int:
-    """Nodes in the groups below a tree that the material asks for us, a group counted each time it is used."""
-    inside = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree and (OURS in n or OURS in tree)]
-    return sum(len(group.nodes) + _inlined(group) for group in inside)
+def _inlined(tree: bpy.types.NodeTree, is_artists: bool = True) -> int:
+    """Nodes in the groups that our nodes in a tree use, and in those below, a group counted each time it is used."""
+    inside = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree and (OURS in n or not is_artists)]
+    return sum(len(group.nodes) + _inlined(group, False) for group in inside)
 
 
 @contextmanager

@@ -73,7 +73,7 @@ def animated(name: str) -> bpy.types.Material:
 
 def ball(name: str, *materials, mesh=None, at=(0, 0, 0)) -> bpy.types.Object:
     if mesh is None:
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=8, radius=0.5)
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=4, ring_count=3, radius=0.5)
         bpy.ops.object.shade_smooth()
         obj = bpy.context.object
         for material in materials:
