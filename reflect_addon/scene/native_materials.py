@@ -59,9 +59,10 @@ def use_in_materials(
         raise ReflectError("No material was changed.", said)
     with _all_or_nothing(), ExitStack() as undo:
         try:
-            copies, nodes, unchanged = _copies(planned.changes)
-            for tree in {id(tree): tree for tree in _answering(copies.values())}.values():
-                keep_images(tree, pack, folder)
+            groups = _groups(planned.changes)
+            copies, nodes, unchanged = _copies(planned.changes, groups)
+            for group in groups.values():
+                keep_images(group, pack, folder)
         except KernelError as error:
             raise ReflectError(f"{method} cannot be made into nodes: {error}.", _choose()) from error
         for change in planned.changes:
@@ -101,19 +102,23 @@ def _key(change: Change) -> tuple[str, int, float]:
     return change.material.name_full, id(change.asset), change.roughest
 
 
-def _copies(changes: tuple[Change, ...]):
+def _groups(changes: tuple[Change, ...]) -> dict[int, bpy.types.NodeTree]:
+    """id of an asset -> the group that answers from it."""
+    assets = {id(change.asset): change.asset for change in changes}
+    return {key: reflection_group(asset, f"Reflect {asset.kind} {asset.reflector}".strip()) for key, asset in assets.items()}
+
+
+def _copies(changes: tuple[Change, ...], groups: dict[int, bpy.types.NodeTree]):
     """(_key -> material of ours, nodes in all of them, sentences on materials where nothing mirrors for EEVEE)."""
-    groups, copies, nodes, unchanged = {}, {}, 0, []
+    copies, nodes, unchanged = {}, 0, []
     for change in changes:
-        key, asset = _key(change), change.asset
+        key = _key(change)
         if key in copies:
             continue
-        if id(asset) not in groups:
-            groups[id(asset)] = reflection_group(asset, f"Reflect {asset.kind} {asset.reflector}".strip())
         own = change.material.copy()
         own[ORIGINAL] = change.material
         own.name = NAME.format(change.material.name)
-        added = draw_with_group(own, groups[id(asset)], change.roughest)
+        added = draw_with_group(own, groups[id(change.asset)], change.roughest)
         if added:
             copies[key] = own
             nodes += added + _inlined(own.node_tree)
@@ -122,15 +127,6 @@ def _copies(changes: tuple[Change, ...]):
             copies[key] = None
             unchanged.append(f"{change.material.name}: what EEVEE draws of it has nothing that mirrors; it stays as it is.")
     return {key: own for key, own in copies.items() if own is not None}, nodes, unchanged
-
-
-def _answering(materials) -> Iterator[bpy.types.NodeTree]:
-    """Each group of ours below materials."""
-    pending = [material.node_tree for material in materials]
-    while pending:
-        inside = [n.node_tree for n in pending.pop().nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree]
-        pending += inside
-        yield from (tree for tree in inside if OURS in tree)
 
 
 def _inlined(tree: bpy.types.NodeTree, is_artists: bool = True) -> int:

@@ -27,8 +27,14 @@ def image_from(name: str, pixels: np.ndarray) -> bpy.types.Image:
 
 
 def keep_images(tree: bpy.types.NodeTree, pack: bool, folder: Path | None) -> None:
-    """Makes a group's images last beyond this session: packed into the .blend, else written as .exr into the folder."""
-    for image in {node.image for node in tree.nodes if node.bl_idname == "ShaderNodeTexImage" and node.image}:
+    """Makes the images of a group and of those in it last beyond this session: packed into the .blend, else written as .exr into
+    the folder."""
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup":
+            keep_images(node.node_tree, pack, folder)
+        image = getattr(node, "image", None)
+        if image is None or image.source != "GENERATED":  # kept already
+            continue
         if pack:
             image.pack()
         else:
