@@ -76,7 +76,7 @@ def _reason(obj, instances, found, method: str, stale, snapshot: SceneSnapshot) 
     if len({id(asset) for asset in found}) > 1:
         return "stands in the scene several times with an asset each, and its materials can show one: make the instances real."
     if obj.library is not None:
-        return f"is linked from {obj.library.name}, which cannot be changed from here: make it local (Object > Relations > Make Local)."
+        return f"is linked from {obj.library.name}, which cannot be changed from here: make a library override of it, or make it local."
     if obj.override_library is not None and obj.override_library.is_system_override:
         return "belongs to a library override that is not editable: make that override editable, or the object local."
     if obj.mode != "OBJECT":

@@ -12,10 +12,10 @@ MARKS = (
 class ReflectNativeSlot(bpy.types.PropertyGroup):
     """What a slot showed before it got a material of ours (native_slots.py)."""
 
-    index: bpy.props.IntProperty(description="The slot's place")
-    link: bpy.props.StringProperty(description="Where the slot's material came from: DATA or OBJECT")
-    material: bpy.props.PointerProperty(type=bpy.types.Material, description="What the object had in the slot")
-    own: bpy.props.PointerProperty(type=bpy.types.Material, description="What Reflect put there")
+    index: bpy.props.IntProperty(description="The slot's place", override={"LIBRARY_OVERRIDABLE"})
+    link: bpy.props.StringProperty(description="Where the slot's material came from: DATA or OBJECT", override={"LIBRARY_OVERRIDABLE"})
+    material: bpy.props.PointerProperty(type=bpy.types.Material, description="What the object had in the slot", override={"LIBRARY_OVERRIDABLE"})
+    own: bpy.props.PointerProperty(type=bpy.types.Material, description="What Reflect put there", override={"LIBRARY_OVERRIDABLE"})
 
 
 def mark_of(obj: bpy.types.Object) -> str:
@@ -32,7 +32,8 @@ def register() -> None:
     )
     bpy.utils.register_class(ReflectNativeSlot)
     bpy.types.Object.reflect_native = bpy.props.CollectionProperty(
-        type=ReflectNativeSlot, name="Reflect", description="Slots that show materials of Reflect's"
+        type=ReflectNativeSlot, name="Reflect", description="Slots that show materials of Reflect's",
+        override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
     )
 
 

@@ -8,9 +8,13 @@ import mesh_scenes
 import trimesh
 
 from reflect_addon.core.asset import Asset
+from reflect_addon.core.asset_files import save_asset
+from reflect_addon.core.asset_places import asset_name
 from reflect_addon.core.methods import box_proxy, environment
 from reflect_addon.evaluation.frame import open_frame
+from reflect_addon.scene.freshness import inputs_hash
 from reflect_addon.scene.native_materials import use_in_materials
+from reflect_addon.scene.places import assets_of
 
 
 def principled(name: str, **values) -> bpy.types.Material:
@@ -71,9 +75,9 @@ def animated(name: str) -> bpy.types.Material:
     return material
 
 
-def ball(name: str, *materials, mesh=None, at=(0, 0, 0)) -> bpy.types.Object:
+def ball(name: str, *materials, mesh=None, at=(0, 0, 0), segments=4) -> bpy.types.Object:
     if mesh is None:
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=4, ring_count=3, radius=0.5)
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=segments, ring_count=segments - 1, radius=0.5)
         bpy.ops.object.shade_smooth()
         obj = bpy.context.object
         for material in materials:
@@ -136,3 +140,12 @@ def apply(scene=None, **options):
     asset = room_asset()
     given = {"assets": {r.name: asset for r in snapshot.reflectors()}, "method": "box_proxy", **options}
     return use_in_materials(scene, snapshot, **given)
+
+
+def save_assets(scene) -> None:
+    """Assets beside the file, as fresh as a bake of them would be."""
+    snapshot = snapshot_of(scene)
+    for reflector in snapshot.reflectors():
+        for kind, asset in room_assets().items():
+            fresh = inputs_hash(snapshot, kind, (reflector,), asset.settings)
+            save_asset(replace(asset, reflector=reflector.name, inputs_hash=fresh), assets_of(scene) / asset_name(kind, reflector.name))

@@ -5,17 +5,13 @@ from dataclasses import replace
 import bpy
 import pytest
 from blender_dump import dump, dump_saved
-from native_scene import animated, apply, ball, everything, mixed, principled, room_asset, room_assets, snapshot_of
+from native_scene import animated, apply, ball, everything, mixed, principled, room_asset, save_assets, snapshot_of
 
 import reflect_addon
-from reflect_addon.core.asset_files import save_asset
-from reflect_addon.core.asset_places import asset_name
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.scene import native_materials, properties
-from reflect_addon.scene.freshness import inputs_hash
 from reflect_addon.scene.native_marks import OURS, original_of
 from reflect_addon.scene.native_materials import remove_from_materials
-from reflect_addon.scene.places import assets_of
 
 
 @pytest.fixture
@@ -84,19 +80,10 @@ def test_saved_and_removed_in_another_session(file, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "b.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "b.blend"), load_ui=False)
     assert shown("Own").name == "Lacquer · Reflect"
+    assert all(image.packed_file for image in bpy.data.images), "pixels that only memory holds would be gone"
     remove_from_materials(bpy.context.scene.objects)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     assert changed(before, dump_saved(tmp_path / "a.blend")) == []
-
-
-def bake(scene):
-    """Assets beside the file, as fresh as a bake of them would be."""
-    snapshot = snapshot_of(scene)
-    for reflector in snapshot.reflectors():
-        for kind, asset in room_assets().items():
-            fresh = inputs_hash(snapshot, kind, (reflector,), asset.settings)
-            save_asset(replace(asset, reflector=reflector.name, inputs_hash=fresh), assets_of(scene) / asset_name(kind, reflector.name))
-    bpy.ops.reflect.refresh()
 
 
 def test_undone_and_redone(fresh_file, tmp_path):
@@ -106,7 +93,8 @@ def test_undone_and_redone(fresh_file, tmp_path):
         bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
         bpy.context.scene.reflect.method = "box_proxy"
         bpy.context.view_layer.objects.active = None  # else its particle settings name the object now and then
-        bake(bpy.context.scene)
+        save_assets(bpy.context.scene)
+        bpy.ops.reflect.refresh()
         bpy.ops.ed.undo_push(message="before")
         bpy.ops.ed.undo_push(message="nothing")
         bpy.ops.ed.undo()  # counts of users inside materials are others after any undo: Blender's own
@@ -208,6 +196,22 @@ def test_what_cannot_be_done_is_said_and_changes_nothing(file, tmp_path):
     with pytest.raises(ReflectError, match="draws the scene again"):
         apply(method="recursive")
     assert changed(before, dump()) == []
+
+
+def test_a_library_override_keeps_its_materials(file, tmp_path):
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {ball("Ball", principled("Metal", Metallic=1.0))})
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, linked):
+        linked.objects = ["Ball"]
+    bpy.context.scene.collection.objects.link(linked.objects[0].override_create())
+    apply()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"), load_ui=False)
+    (slot,) = bpy.context.scene.objects["Ball"].material_slots
+    assert slot.material.name == "Metal · Reflect" and slot.material.library is None
+    remove_from_materials(bpy.context.scene.objects)
+    (slot,) = bpy.context.scene.objects["Ball"].material_slots
+    assert (slot.link, slot.material.library.name) == ("DATA", "library.blend") and len(bpy.data.materials) == 1
 
 
 def test_a_failure_in_the_middle_leaves_the_file_as_it_was(file, monkeypatch):
