@@ -34,13 +34,13 @@ def follow(tree: bpy.types.NodeTree, owner: bpy.types.ID | None, twins: Twins) -
         if animation is None:
             continue
         for driver in list(animation.drivers):
-            for path in _paths(driver, prefix, twins):
+            for path in _paths(block, driver, prefix, twins):
                 animation.drivers.from_existing(src_driver=driver).data_path = path
         for holder, slot, bag in list(_bags(animation)):
-            if any(_paths(curve, prefix, twins) for curve in bag.fcurves):
+            if any(_paths(block, curve, prefix, twins) for curve in bag.fcurves):
                 bag = _own_bag(holder, slot)
                 for curve in list(bag.fcurves):
-                    for path in _paths(curve, prefix, twins):
+                    for path in _paths(block, curve, prefix, twins):
                         bag.fcurves.new_from_fcurve(curve, data_path=path)
 
 
@@ -49,10 +49,16 @@ def _holders(tree, owner) -> tuple[tuple[bpy.types.ID, str], ...]:
     return ((tree, ""), (owner, "node_tree.")) if owner is not None else ((tree, ""),)
 
 
-def _paths(curve, prefix: str, twins: Twins) -> list[str]:
+def _paths(block, curve, prefix: str, twins: Twins) -> list[str]:
+    """Where a curve is to be made again. A colour's alpha has no place in a vector."""
     if not curve.data_path.startswith(prefix):
         return []
-    return [prefix + path for path in twins.get(curve.data_path.removeprefix(prefix), ())]
+    found = (prefix + path for path in twins.get(curve.data_path.removeprefix(prefix), ()))
+    return [path for path in found if curve.array_index < _size(block.path_resolve(path))]
+
+
+def _size(value) -> int:
+    return len(value) if hasattr(value, "__len__") else 1
 
 
 def _bags(animation) -> Iterator[tuple[object, bpy.types.ActionSlot, object]]:

@@ -116,8 +116,7 @@ def _eevee_specular(sheet: Sheet, node, _roughest: float):
 
 MAKERS = {
     "ShaderNodeBsdfPrincipled": _principled,
-    "ShaderNodeBsdfAnisotropic": _glossy,
-    "ShaderNodeBsdfGlossy": _glossy,
+    "ShaderNodeBsdfAnisotropic": _glossy,  # Glossy's older name
     "ShaderNodeBsdfMetallic": _metallic,
     "ShaderNodeBsdfGlass": _glass,
     "ShaderNodeEeveeSpecular": _eevee_specular,
