@@ -1,8 +1,8 @@
 """A .blend whose materials show a method's reflections, written from the command line: for render farms and for files in bulk.
 
 Problem. The window's operators need the add-on in a window; a farm has neither, and bakes from a shell.
-Idea. The scene is read as a render shows it, as bakes do, so that freshness means the same; then the same functions as the operators' run, and the
-file is saved under another name. The one that was opened stays as it is.
+Idea. The scene is read as a render shows it, as bakes do, so that freshness means the same; then the same functions as the operators'
+run, and the file is saved under another name. The one that was opened stays as it is.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,8 +1,9 @@
 """Animated values and drivers of sockets that have a twin.
 
-Problem. A copied material has some of its shader nodes twice, once for Cycles and once for EEVEE; what moves the first must move the second.
-Idea. Every curve and driver whose path is a twin's first socket is made again for the other. Curves live in actions that the copy shares with the
-artist's material, so the copy gets actions of its own first; drivers were copied with the material.
+Problem. A copied material has some of its shader nodes twice, once for Cycles and once for EEVEE; what moves the first must move the
+second.
+Idea. Every curve and driver whose path is a twin's first socket is made again for the other. Curves live in actions that the copy shares
+with the artist's material, so the copy gets actions of its own first; drivers were copied with the material.
 Limits. Animated properties of nodes that are no socket (a mute, a distribution) stay with the first.
 """
 

@@ -1,11 +1,12 @@
 """A shader node that mirrors, as EEVEE is to draw it: without its mirror-like lobes, and the reflection group's light in their place.
 
 Problem. The group answers what the mirror ray brings. How much of it leaves, and what lies below, is the artist's node's affair.
-Idea. What is below is the node again with those lobes switched off, or what remains of it (a glass's refraction); it loses the share that the lobe takes
-(`opacity`), and the lobe's light, radiance times reflectance, comes as emission. Reflectances are the overlay's (core/shading.py).
-Where the method does not answer a ray (coverage below 1) the artist's own node shows, as in the overlay, where the viewport's shading does.
-Limits. A lobe keeps or loses its place by its roughness when the materials are made, a texture's by its mean. Left out: anisotropy, thin film, the
-tint of a coat, a rough coat on a mirror, sheen above a pure metal. Glass goes through one surface, as EEVEE's does.
+Idea. What is below is the node again with those lobes switched off, or what remains of it (a glass's refraction); it loses the share that
+the lobe takes (`opacity`), and the lobe's light, radiance times reflectance, comes as emission. Reflectances are the overlay's
+(core/shading.py). Where the method does not answer a ray (coverage below 1) the artist's own node shows, as in the overlay, where the
+viewport's shading does.
+Limits. A lobe keeps or loses its place by its roughness when the materials are made, a texture's by its mean. Left out: anisotropy, thin
+film, the tint of a coat, a rough coat on a mirror, sheen above a pure metal. Glass goes through one surface, as EEVEE's does.
 """
 
 from .kernel_group import ior_group

@@ -1,8 +1,10 @@
 """Marks that tell our data-blocks and nodes in a file from the artist's.
 
-Problem. "Use in materials" puts copies of materials into slots; baking, snapshots and "Remove" must still know whose is what, in any session.
-Idea. Custom properties, which need no add-on to be kept: a copy of a material points to the artist's, everything else of ours says so. What only
-EEVEE reads is no part of what an asset was baked from (Cycles does that): a file with native reflections has the fingerprint of the one without.
+Problem. "Use in materials" puts copies of materials into slots; baking, snapshots and "Remove" must still know whose is what, in any
+session.
+Idea. Custom properties, which need no add-on to be kept: a copy of a material points to the artist's, everything else of ours says so.
+What only EEVEE reads is no part of what an asset was baked from (Cycles does that): a file with native reflections has the fingerprint of
+the one without.
 """
 
 import bpy

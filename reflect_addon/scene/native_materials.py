@@ -1,9 +1,9 @@
 """Use in materials, and remove: reflectors whose own materials show a method's reflections in EEVEE, without the add-on.
 
 Problem. An artist's file gets new materials, groups, images and actions, and must be as before when they go.
-Idea. A copy of each material gets a shader tree for EEVEE that asks the asset's group (native_shader.py); the copy takes the slot's place on the object
-(native_slots.py); the artist's material stays behind both. Everything is made before the first slot changes, and what was made goes again when
-anything fails. Removing puts the slots back and deletes what is ours and has no user left.
+Idea. A copy of each material gets a shader tree for EEVEE that asks the asset's group (native_shader.py); the copy takes the slot's place
+on the object (native_slots.py); the artist's material stays behind both. Everything is made before the first slot changes, and what was
+made goes again when anything fails. Removing puts the slots back and deletes what is ours and has no user left.
 """
 
 from collections.abc import Collection, Iterable, Iterator

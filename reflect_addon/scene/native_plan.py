@@ -1,6 +1,7 @@
 """Which slots of which objects get native reflections, decided before anything is changed.
 
-Problem. Files hold linked objects, instances, materials from modifiers, assets that are missing or old. Half of an object must never be changed.
+Problem. Files hold linked objects, instances, materials from modifiers, assets that are missing or old. Half of an object must never be
+changed.
 Idea. Object by object: either every mirror-like slot of it is planned, or a sentence says why none is and what to do.
 Limits. One object shows one asset: duplicates with assets of their own share the object's materials and are refused.
 """

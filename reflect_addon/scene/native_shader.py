@@ -1,9 +1,10 @@
 """A material's shader tree as EEVEE is to draw it, beside the artist's own, which stays for Cycles.
 
-Problem. Mirror-like nodes lie anywhere below an output: in mixes, sums, groups, behind reroutes. Each must be replaced for EEVEE and none for Cycles, from
-which truth and snapshots come.
-Idea. Walk from the output down. A part without such a node is used by both outputs as it is. Mixes and sums on the way to one are made again; a group is
-copied, and its output led to what stands for its inside. The new tree ends in an output of its own for EEVEE, which EEVEE prefers.
+Problem. Mirror-like nodes lie anywhere below an output: in mixes, sums, groups, behind reroutes. Each must be replaced for EEVEE and none
+for Cycles, from which truth and snapshots come.
+Idea. Walk from the output down. A part without such a node is used by both outputs as it is. Mixes and sums on the way to one are made
+again; a group is copied, and its output led to what stands for its inside. The new tree ends in an output of its own for EEVEE, which
+EEVEE prefers.
 Limits. Shaders turned into colours (Shader to RGB) stay as they are.
 """
 

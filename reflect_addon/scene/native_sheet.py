@@ -1,8 +1,9 @@
 """Our nodes in a material's tree, or in a copied group's: cloned from the artist's, fed by what feeds theirs.
 
 Problem. What EEVEE draws must read the very textures, values and animation that the artist's shader reads, which stays there for Cycles.
-Idea. A Sheet adds nodes beside the artist's, in one frame, each marked (native_marks.py). An input of ours is fed from an input of the artist's: by the same
-link, or with the same value, noted as its twin so that animation follows (native_animation.py). Nothing of the artist's is changed.
+Idea. A Sheet adds nodes beside the artist's, in one frame, each marked (native_marks.py). An input of ours is fed from an input of the
+artist's: by the same link, or with the same value, noted as its twin so that animation follows (native_animation.py). Nothing of the
+artist's is changed.
 """
 
 import bpy

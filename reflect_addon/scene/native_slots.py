@@ -1,8 +1,10 @@
 """Which material a slot showed before it got one of ours, kept with the object in the file.
 
-Problem. A slot takes its material from the mesh or from the object, and each of the two remembers its own. Ours must come and go without a trace.
-Idea. Ours always sits on the object: the mesh, which others may share, is not touched. A record on the object (properties.ReflectNativeSlot) holds what
-the slot was linked to and what the object had there; its pointers count as users, so that nothing is purged meanwhile.
+Problem. A slot takes its material from the mesh or from the object, and each of the two remembers its own. Ours must come and go without
+a trace.
+Idea. Ours always sits on the object: the mesh, which others may share, is not touched. A record on the object
+(properties.ReflectNativeSlot) holds what the slot was linked to and what the object had there; its pointers count as users, so that
+nothing is purged meanwhile.
 Limits. Where a slot was given another material by hand since, that one stays.
 """
 

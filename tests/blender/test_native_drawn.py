@@ -1,7 +1,7 @@
 """What EEVEE draws of native materials, against Cycles' picture of the artist's own under the same light.
 
-Under one colour from everywhere a mirror ray brings that colour wherever it goes: what is left to compare is what materials make of it. EEVEE's world is
-black, so that all its light comes from the groups; Cycles' is white.
+Under one colour from everywhere a mirror ray brings that colour wherever it goes: what is left to compare is what materials make of it.
+EEVEE's world is black, so that all its light comes from the groups; Cycles' is white.
 """
 
 from dataclasses import replace
