@@ -381,3 +381,7 @@ GLASS_LEFT = 0.015
 GLASS_PANE = 0.02
 # Seen through a body, where distance maps answer the rays that leave: a magnified wall is off by more than a mirrored one.
 GLASS_BODY = 0.06
+
+# Mean radiance of a native material's middle in EEVEE against Cycles' under light of 1 from everywhere: at most 4e-4 was measured (Glossy, whose light
+# is 0.9), from half-float pictures and 16 jittered samples against 32.
+NATIVE_REFLECTANCE = 0.002
