@@ -19,6 +19,8 @@ EMISSION_RELATIVE = 1e-5
 CAMERA_PIXELS = 0.01
 # EEVEE stores AOVs as half floats and cuts rather than rounds: one part in 2^10, on top of the kernel's own tolerance.
 EEVEE_HALF_RELATIVE = 2e-3
+# What such a half float holds: larger numbers of random programs are infinite in it.
+EEVEE_HALF_MOST = 6e4
 # Random programs may magnify a rounding without bound (a floor on the brink, a difference of huge numbers); what the
 # yardsticks of tests/random_kernels.py do not filter out. An emitter's mistake shows in percents.
 KERNEL_BRINK_SHARE = 2e-3
