@@ -375,3 +375,5 @@ GLASS_LEFT = 0.015
 GLASS_PANE = 0.02
 # Seen through a body, where distance maps answer the rays that leave: a magnified wall is off by more than a mirrored one.
 GLASS_BODY = 0.06
+# One ray a sample against the mean over the lobe (core/surface_ray.py): what is lost where four draws in a row are refused.
+LOBE_DRAWS = 5e-3

@@ -28,11 +28,12 @@ SURFACE = (
 )
 
 
-def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
-    """A new node group that answers from the asset. Its nested groups are 'NAME Trace' and the shared REFLECTANCE."""
-    trace = emit_nodes(
-        record_surface(methods.get(asset.kind).trace, asset, asset.kind), asset, f"{name} Trace", ("radiance", "distance", "coverage", "cosine")
-    )
+def reflection_group(asset: Asset, name: str, rough: bool = True) -> bpy.types.NodeTree:
+    """A new node group that answers from the asset. Its nested groups are 'NAME Trace' and the shared REFLECTANCE.
+
+    rough: the material may be rough: where stand-ins have outlines each sample sends one ray of the lobe. False costs less."""
+    program = record_surface(methods.get(asset.kind).trace, asset, asset.kind, rough)
+    trace = emit_nodes(program, asset, f"{name} Trace", ("radiance", "distance", "coverage", "cosine"))
     build = TreeBuilder(name)
     build.socket("Normal", "Vector", is_output=False)
     build.socket("Roughness", "Float", is_output=False)
@@ -44,9 +45,13 @@ def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
     given = {s.name: s for s in build.inputs.outputs}
     place = build.finish(build.node("ShaderNodeNewGeometry"))
     seen = {s.name: s for s in place.outputs}
-    answer = build.group(
-        trace, seen["Position"], seen["Incoming"], given["Normal"], seen["Normal"], seen["True Normal"], given["Roughness"]
-    )
+    ray = [seen["Position"], seen["Incoming"], given["Normal"], seen["Normal"], seen["True Normal"], given["Roughness"]]
+    if "random" in program.inputs:
+        # Of the position's bits: a renderer moves its samples within the pixel, so each has other numbers.
+        noise = build.node("ShaderNodeTexWhiteNoise", "one ray of the lobe a sample", noise_dimensions="3D")
+        build.plug(noise.inputs["Vector"], seen["Position"])
+        ray.append(build.finish(noise).outputs["Color"])
+    answer = build.group(trace, *ray)
     radiance, distance, coverage, cosine = answer
     share = build.group(reflectance_group(), cosine, *(given[label] for label, _, _ in SURFACE))
     covered = build.vector("SCALE", share["Reflectance"], coverage)
