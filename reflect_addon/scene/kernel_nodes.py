@@ -23,7 +23,7 @@ from ..core.kernel.program import Names, type_of
 from ..core.kernel.recorder import MOST_STEPS
 from ..core.kernel.regions import Outline
 from ..core.kernel.schedule import schedule
-from .node_images import fetch_group, image_from, sample_group
+from .node_images import Place, fetch_group, images_from, sample_group
 from .node_operations import NodeScope, Parts, part_kinds, parts_of
 from .node_tree import Source, TreeBuilder
 
@@ -37,7 +37,7 @@ def emit_nodes(
     """A new shader node group. Inputs: the program's (Origin, Direction, ...); outputs: the wanted ones, a vec3 called
     radiance as Color, other vectors as Vector, bools as 0 or 1, the w of a vec4 in a second socket "NAME w".
 
-    The asset's images become images of the file, called "NAME image"; its uniforms are labelled nodes. unrolled: for Cycles, too.
+    The asset's images become images of the file (node_images.py); its uniforms are labelled nodes. unrolled: for Cycles, too.
     """
     emitter = _Emitter(program, asset, name, wanted, unrolled)
     try:
@@ -53,7 +53,7 @@ class _Emitter:
         self.plan = schedule(program, wanted)
         self.sections = [start for start, _ in program.graph.citations]
         self.scope = self.root = self.open(name)
-        self.images: dict[str, bpy.types.Image] = {}
+        self.images: dict[str, Place] = {}
         self.groups: dict[object, bpy.types.NodeTree] = {}  # look-ups and regions, by what they do
 
     def open(self, name: str) -> NodeScope:
@@ -62,8 +62,7 @@ class _Emitter:
     def emit(self) -> bpy.types.NodeTree:
         build = self.root.build
         pixels = Names("image", f"the asset of {self.program.name}", self.asset.images)
-        for name in self.plan.images:
-            self.images[name] = image_from(f"{self.name} {name}", pixels[name])
+        self.images = images_from(self.name, {name: pixels[name] for name in self.plan.images})
         self.interface([(name.capitalize(), node) for name, node in self.program.inputs.items()], is_output=False)
         self.interface([(name.capitalize(), node) for name, node in self.plan.outputs.items()], is_output=True)
         self.block(self.program.graph.root)
@@ -85,15 +84,14 @@ class _Emitter:
         """Removes what was made so far: a kernel that nodes cannot express leaves the file as it was."""
         for group in {self.root.build.tree, self.scope.build.tree, *self.groups.values()}:
             bpy.data.node_groups.remove(group)
-        for image in self.images.values():
+        for image in {place.image for place in self.images.values()}:
             bpy.data.images.remove(image)
 
     def leaf(self, node: Node) -> Parts:
         if node.op == "const":
             return parts_of(tuple(map(float, node.data)))
         if node.op == "size":
-            height, width = self.asset.images[node.data].shape[:2]
-            return ((float(width), float(height), 0.0),)
+            return ((*map(float, self.images[node.data].size), 0.0),)
         if node.op == "uniform":
             value = Names("uniform", f"the asset of {self.program.name}", self.asset.uniforms)[node.data]
             if type_of(value) != ("float" if node.type == "bool" else node.type):

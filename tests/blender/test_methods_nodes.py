@@ -70,7 +70,7 @@ def test_eevee_says_what_numpy_says(name, fresh_file, tmp_path, rng, assets):
     tree = emit_nodes(program, asset, name, ("radiance", "coverage", "status"))
     found = run_nodes(fresh_file, tmp_path, {name: (tree, {"radiance": 3, "coverage": 1, "status": 1})}, given, "BLENDER_EEVEE")[name]
     wanted = run_numpy(program, asset, rays, width, spread)
-    answer = Answer(found["radiance"], wanted.position, found["coverage"], found["status"])
+    answer = Answer(position=wanted.position, **found)
     bounds = tolerances.EEVEE_HALF_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
     odd = np.flatnonzero(~same_answer(answer, wanted, rays.origin, *bounds))
     assert len(odd) <= tolerances.RAYS_ON_NODE_BRINKS * FEW, f"{len(odd)} of {FEW} rays"
