@@ -16,6 +16,7 @@ import numpy as np
 
 from ..core.asset_images import size_of, texels
 from ..core.asset_places import file_name
+from .node_report import images_of
 from .node_tree import TreeBuilder
 
 MOST = 4  # data-blocks of a group: EEVEE binds a dozen textures of its own, OpenGL promises 16 a shader, and a material may have others
@@ -99,9 +100,10 @@ def image_from(name: str, pixels: np.ndarray) -> bpy.types.Image:
     return image
 
 
-def keep_images(images: set[bpy.types.Image], pack: bool, folder: Path) -> None:
-    """The images' pixels survive saving the file: packed into it, or as files in the folder. Raises OSError where that cannot be written."""
-    for image in images:
+def keep_images(tree: bpy.types.NodeTree, pack: bool, folder: Path) -> None:
+    """The pixels that a group reads survive saving the file: packed into it, or as files in the folder. Raises OSError where that
+    cannot be written."""
+    for image in images_of(tree):
         if pack:
             image.pack()
             continue
