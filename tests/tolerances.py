@@ -377,3 +377,7 @@ GLASS_PANE = 0.02
 GLASS_BODY = 0.06
 # One ray a sample against the mean over the lobe (core/surface_ray.py): what is lost where four draws in a row are refused.
 LOBE_DRAWS = 5e-3
+# A group's radiance on a ball whose reflections change by 0.9 a radian, in EEVEE's half floats and at its own float32 pixel centres.
+GROUP_ON_A_BALL = 0.02
+# Pixels on an edge between two triangles, whose face either renderer may take.
+GROUP_EDGES = 0.02

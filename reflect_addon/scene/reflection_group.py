@@ -13,6 +13,7 @@ import bpy
 from ..core import methods, shading
 from ..core.asset import Asset
 from ..core.kernel import record_function
+from ..core.kernel.schedule import schedule
 from ..core.surface_ray import record_surface
 from .kernel_nodes import emit_nodes
 from .node_tree import TreeBuilder
@@ -33,7 +34,9 @@ def reflection_group(asset: Asset, name: str, rough: bool = True) -> bpy.types.N
 
     rough: the material may be rough: where stand-ins have outlines each sample sends one ray of the lobe. False costs less."""
     program = record_surface(methods.get(asset.kind).trace, asset, asset.kind, rough)
-    trace = emit_nodes(program, asset, f"{name} Trace", ("radiance", "distance", "coverage", "cosine"))
+    answers = ("radiance", "distance", "coverage", "cosine")
+    # What has no loop is small enough for both sides of its branches, and then Cycles can run it, too.
+    trace = emit_nodes(program, asset, f"{name} Trace", answers, unrolled=not schedule(program, answers).has_loops)
     build = TreeBuilder(name)
     build.socket("Normal", "Vector", is_output=False)
     build.socket("Roughness", "Float", is_output=False)
@@ -68,4 +71,4 @@ def reflectance_group() -> bpy.types.NodeTree:
         return found
     options = {"has_metal": True, "has_dielectric": True}
     program = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
-    return emit_nodes(program, Asset("", "", {}), REFLECTANCE, ("reflectance", "opacity"))
+    return emit_nodes(program, Asset("", "", {}), REFLECTANCE, ("reflectance", "opacity"), unrolled=True)
