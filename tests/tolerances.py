@@ -381,3 +381,5 @@ LOBE_DRAWS = 5e-3
 GROUP_ON_A_BALL = 0.02
 # Pixels on an edge between two triangles, whose face either renderer may take.
 GROUP_EDGES = 0.02
+# Mean of a rough ball's picture of 64 samples: its pixels' noise apart, EEVEE's samples lie all over a pixel and NumPy's at its centre.
+ROUGH_GROUP_MEAN = 0.02

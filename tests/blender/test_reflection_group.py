@@ -3,18 +3,21 @@
 import numpy as np
 import pytest
 import tolerances
+from baked_methods import bake_all, scene_of_everything
 from node_bench import prepare, rendered
 
 from reflect_addon.core import cubemap, methods
 from reflect_addon.core.asset import Asset
-from reflect_addon.core.kernel import record, run_numpy
+from reflect_addon.core.kernel import evaluate, record, run_numpy
 from reflect_addon.core.rays import Hits, Rays
+from reflect_addon.core.surface_ray import record_surface
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.node_report import describe_group, groups_of
 from reflect_addon.scene.reflection_group import REFLECTANCE, reflection_group
 from reflect_addon.scene.snapshot import take_snapshot
 
 SIDE = 48
+ROUGH = 0.4
 SHOWN = {"Radiance": 3, "Distance": 1, "Coverage": 1, "Reflectance": 3}
 
 
@@ -59,8 +62,10 @@ def ball_and_camera(bpy, tree, **inputs):
     return scene, snapshot
 
 
-def picture(bpy, scene, path, engine="BLENDER_EEVEE") -> dict[str, np.ndarray]:
+def picture(bpy, scene, path, engine="BLENDER_EEVEE", samples=1) -> dict[str, np.ndarray]:
     prepare(scene, engine, SIDE, SIDE)
+    if samples > 1:  # all over the pixel
+        scene.eevee.taa_render_samples, scene.render.filter_size = samples, 1.0
     channels = rendered(bpy, scene, path)
     return {name: np.stack([channels[f"g_{name}.{letter}"] for letter in "RGB"[:size]], -1) for name, size in SHOWN.items()}
 
@@ -80,6 +85,32 @@ def test_a_ball_shows_what_the_ray_map_asks(engine, fresh_file, tmp_path, smooth
     error = np.abs(found["Radiance"][mask] - wanted.radiance).max(-1)
     assert np.mean(error > tolerances.GROUP_ON_A_BALL) < tolerances.GROUP_EDGES, np.sort(error)[-20:]
     assert np.all(found["Coverage"][mask] == 1.0)
+
+
+@pytest.mark.slow
+def test_the_samples_of_a_rough_ball_have_the_mean_of_its_lobe(fresh_file, tmp_path, rng):
+    """Billboards around the ball, whose outlines no footprint softens: 64 samples a pixel, whole picture against NumPy's draws."""
+    from reflect_addon.evaluation.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
+
+    asset = bake_all(scene_of_everything())["billboards"]
+    tree = reflection_group(asset, "Rough")
+    assert any(n.bl_idname == "ShaderNodeTexWhiteNoise" for n in tree.nodes)
+    assert not any(n.bl_idname == "ShaderNodeTexWhiteNoise" for n in reflection_group(asset, "Smooth", rough=False).nodes)
+    scene, snapshot = ball_and_camera(fresh_file, tree, Metallic=1.0, Roughness=ROUGH)
+    found = picture(fresh_file, scene, tmp_path / "rough.exr", samples=64)
+    rays = numpy_ray_map(snapshot, camera_of(scene, None, SIDE, SIDE))
+    mask = (rays.reflector >= 0) & (found["Coverage"][..., 0] == 1)
+    count = mask.sum()
+    incoming = camera_of(scene, None, SIDE, SIDE).world_from_camera[:3, 3] - rays.origin[mask]
+    given = {"position": rays.origin[mask], "incoming": incoming / np.linalg.norm(incoming, axis=1, keepdims=True)}
+    given |= {"normal": rays.normal[mask], "smooth_normal": rays.normal[mask], "face_normal": rays.normal[mask]}
+    given["roughness"] = np.full(count, ROUGH)
+    program = record_surface(methods.get("billboards").trace, asset, "billboards", rough=True)
+    drawn = [evaluate(program, given | {"random": rng.random((count, 3))}, asset, ("radiance",))["radiance"] for _ in range(64)]
+    wanted = np.mean(drawn, 0)
+    assert np.abs(found["Radiance"][mask].mean(0) / wanted.mean(0) - 1).max() < tolerances.ROUGH_GROUP_MEAN
+    spread = np.std(drawn, 0).mean() / 8
+    assert np.abs(found["Radiance"][mask] - wanted).mean() < 3 * spread
 
 
 def test_the_group_says_what_is_in_it(fresh_file, smooth_world):
