@@ -49,7 +49,7 @@ def run_nodes(bpy, tmp_path, groups: dict, inputs: dict[str, np.ndarray], engine
     emission, surface = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(emission.outputs[0], surface.inputs["Surface"])
     bpy.data.objects["bench"].data.materials.append(material)
-    channels = _render(bpy, scene, tmp_path / "bench.exr")
+    channels = rendered(bpy, scene, tmp_path / "bench.exr")
     answers = {}
     for key, (_, outputs) in groups.items():
         answers[key] = {}
@@ -68,9 +68,15 @@ def _plane(bpy, rows: int, engine: str):
     camera.data.type, camera.location = "ORTHO", (0, 0, 1)
     scene.collection.objects.link(camera)
     scene.camera = camera
+    prepare(scene, engine, WIDTH, rows)
+    return scene
+
+
+def prepare(scene, engine: str, width: int, height: int) -> None:
+    """One sample through the middle of each pixel, AOVs as floats."""
     render = scene.render
     render.engine = engine
-    render.resolution_x, render.resolution_y, render.resolution_percentage = WIDTH, rows, 100
+    render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
     if engine == "CYCLES":
         scene.cycles.samples = 1
         scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
@@ -82,11 +88,10 @@ def _plane(bpy, rows: int, engine: str):
     settings.media_type = "MULTI_LAYER_IMAGE"
     settings.file_format, settings.color_depth, settings.exr_codec = "OPEN_EXR_MULTILAYER", "32", "NONE"
     settings.use_exr_interleave = True
-    return scene
 
 
-def _render(bpy, scene, path) -> dict[str, np.ndarray]:
-    """AOV_NAME.CHANNEL -> (rows, WIDTH), row 0 at the bottom."""
+def rendered(bpy, scene, path) -> dict[str, np.ndarray]:
+    """AOV_NAME.CHANNEL -> (height, width), row 0 at the bottom."""
     bpy.utils.expose_bundled_modules()
     import OpenImageIO as oiio
 

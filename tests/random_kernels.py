@@ -220,8 +220,8 @@ def yardstick(program, given, made) -> tuple[dict, dict]:
     return single, stable
 
 
-def disagreement(got: np.ndarray, single: np.ndarray, stable: np.ndarray) -> float:
+def disagreement(got: np.ndarray, single: np.ndarray, stable: np.ndarray, bound: float = KERNEL_RADIANCE_RELATIVE) -> float:
     """Share of the components that are stable in NumPy and yet differ by more than the tolerance."""
     with np.errstate(all="ignore"):
-        agree = np.abs(got.astype(np.float64) - single) <= KERNEL_RADIANCE_RELATIVE * (np.abs(single) + 1e-3)
+        agree = np.abs(got.astype(np.float64) - single) <= bound * (np.abs(single) + 1e-3)
     return float(np.mean(stable & ~agree))

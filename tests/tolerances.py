@@ -19,6 +19,8 @@ EMISSION_RELATIVE = 1e-5
 CAMERA_PIXELS = 0.01
 # EEVEE stores AOVs as half floats and cuts rather than rounds: one part in 2^10, on top of the kernel's own tolerance.
 EEVEE_HALF_RELATIVE = 2e-3
+# What such a half float holds: larger numbers of random programs are infinite in it.
+EEVEE_HALF_MOST = 6e4
 # Random programs may magnify a rounding without bound (a floor on the brink, a difference of huge numbers); what the
 # yardsticks of tests/random_kernels.py do not filter out. An emitter's mistake shows in percents.
 KERNEL_BRINK_SHARE = 2e-3
@@ -385,3 +387,11 @@ GLASS_BODY = 0.06
 # Mean radiance of a native material's middle in EEVEE against Cycles' under light of 1 from everywhere: at most 4e-4 was measured (Glossy, whose light
 # is 0.9), from half-float pictures and 16 jittered samples against 32.
 NATIVE_REFLECTANCE = 0.002
+# One ray a sample against the mean over the lobe (core/surface_ray.py): what is lost where four draws in a row are refused.
+LOBE_DRAWS = 5e-3
+# A group's radiance on a ball whose reflections change by 0.9 a radian, in EEVEE's half floats and at its own float32 pixel centres.
+GROUP_ON_A_BALL = 0.02
+# Pixels on an edge between two triangles, whose face either renderer may take.
+GROUP_EDGES = 0.02
+# Mean of a rough ball's picture of 64 samples: its pixels' noise apart, EEVEE's samples lie all over a pixel and NumPy's at its centre.
+ROUGH_GROUP_MEAN = 0.02

@@ -187,7 +187,7 @@ def _bisect(k, count: int, forward, u0, pair):
         return (k.select(passed, middle + 1.0, low), k.select(passed, high, middle)), None
 
     low, _ = k.loop(math.ceil(math.log2(count + 1)), (0.0, float(count)), step)
-    low = k.name("begin", k.min(low, count - 1.0))
+    low = k.name("begin", k.clamp(low, 0.0, count - 1.0))
     before = pair(k.max(low - 1.0, 0.0))
     return low, k.select(low > 0.0, before.z, -srdm.FILL), before.w
 

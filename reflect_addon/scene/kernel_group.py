@@ -15,6 +15,6 @@ def ior_group() -> bpy.types.NodeTree:
     """Ior, Level -> Ior: the index that a Principled node's specular level makes of its own."""
     if (found := bpy.data.node_groups.get(IOR)) is not None and found.library is None:
         return found
-    made = emit_nodes(record_function(shading.leveled_ior, shading.LEVELED_INPUTS), Asset("", "", {}), IOR, ("ior",))
+    made = emit_nodes(record_function(shading.leveled_ior, shading.LEVELED_INPUTS), Asset("", "", {}), IOR, ("ior",), unrolled=True)
     made[OURS] = True
     return made

@@ -20,10 +20,11 @@ from ..core.kernel import KernelError
 from ..core.snapshot import SceneSnapshot
 from .kernel_group import IOR
 from .native_marks import NAME, ORIGINAL, OURS, is_ours
-from .native_plan import Change, plan
+from .native_plan import Change, may_be_rough, plan
 from .native_shader import draw_with_group
 from .native_slots import put, take_back
 from .node_images import keep_images
+from .node_report import describe_group
 from .reflection_group import REFLECTANCE, reflection_group
 
 SHARED = (REFLECTANCE, IOR)  # groups that are found by their names
@@ -105,7 +106,8 @@ def _key(change: Change) -> tuple[str, int, float]:
 def _groups(changes: tuple[Change, ...]) -> dict[int, bpy.types.NodeTree]:
     """id of an asset -> the group that answers from it."""
     assets = {id(change.asset): change.asset for change in changes}
-    return {key: reflection_group(asset, f"Reflect {asset.kind} {asset.reflector}".strip()) for key, asset in assets.items()}
+    rough = {id(change.asset) for change in changes if may_be_rough(change.material)}
+    return {key: reflection_group(asset, f"Reflect {asset.kind} {asset.reflector}".strip(), key in rough) for key, asset in assets.items()}
 
 
 def _copies(changes: tuple[Change, ...], groups: dict[int, bpy.types.NodeTree]):
@@ -121,18 +123,13 @@ def _copies(changes: tuple[Change, ...], groups: dict[int, bpy.types.NodeTree]):
         added = draw_with_group(own, groups[id(change.asset)], change.roughest)
         if added:
             copies[key] = own
-            nodes += added + _inlined(own.node_tree)
+            called = [n.node_tree for n in own.node_tree.nodes if n.bl_idname == "ShaderNodeGroup" and OURS in n and n.node_tree]
+            nodes += added + sum(describe_group(group).inlined for group in called)
         else:
             bpy.data.materials.remove(own)
             copies[key] = None
             unchanged.append(f"{change.material.name}: what EEVEE draws of it has nothing that mirrors; it stays as it is.")
     return {key: own for key, own in copies.items() if own is not None}, nodes, unchanged
-
-
-def _inlined(tree: bpy.types.NodeTree, is_artists: bool = True) -> int:
-    """Nodes in the groups that our nodes in a tree use, and in those below, a group counted each time it is used."""
-    inside = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree and (OURS in n or not is_artists)]
-    return sum(len(group.nodes) + _inlined(group, False) for group in inside)
 
 
 @contextmanager

@@ -11,11 +11,16 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..core import lobe_rays
 from ..core.asset import Asset, asset_of
+from ..core.shading import ROUGHNESS_SPREAD
 from ..core.snapshot import Instance, SceneSnapshot
 from .materials import MAX_ROUGHNESS
 from .native_marks import original_of
+from .node_report import groups_of
 
+# Roughness up to which one ray stands for the lobe (lobe_rays.count): most mirrors, whose groups then draw no ray of it.
+ONE_RAY = (lobe_rays.FINE / ROUGHNESS_SPREAD) ** 0.5
 ANY_ROUGHNESS = 1.0  # of what is marked by hand: it mirrors whatever its materials say
 
 
@@ -103,3 +108,12 @@ def _slots(obj, instance: Instance, snapshot: SceneSnapshot) -> list[tuple[int, 
         if material is not None and material.node_tree is not None and (by_hand or snapshot.materials[number].is_reflector):
             found.append((index, material, ANY_ROUGHNESS if by_hand else MAX_ROUGHNESS))
     return found
+
+
+def may_be_rough(material: bpy.types.Material) -> bool:
+    """Whether some surface of it may need more than one ray: a roughness is large, or comes from elsewhere."""
+    trees = groups_of(material.node_tree)
+    if any(block.animation_data for block in (material, *trees)):
+        return True
+    sockets = [socket for tree in trees for node in tree.nodes for socket in node.inputs if socket.name in ("Roughness", "Coat Roughness")]
+    return any(socket.is_linked or socket.default_value > ONE_RAY for socket in sockets)

@@ -12,9 +12,11 @@ class TreeBuilder:
 
     def __init__(self, name: str):
         self.tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
-        self.inputs = self.node("NodeGroupInput")
         self._parts: dict[str, tuple] = {}
         self._rows: dict[int, int] = {}
+        self._frames: dict[str, object] = {"": None}
+        self._frame, self._first = None, 0  # what the nodes to come stand in, and its first column
+        self.inputs = self.node("NodeGroupInput")
 
     def socket(self, name: str, kind: str, is_output: bool, default=None) -> None:
         """kind: 'Float' | 'Vector' | 'Color' | 'Shader'; default: of an input, None = zeros."""
@@ -26,15 +28,26 @@ class TreeBuilder:
     def node(self, kind: str, label: str = "", **properties):
         made = self.tree.nodes.new(kind)
         made.label = label
+        made.location.x = self._first * COLUMN
+        made.parent = self._frame
         for name, value in properties.items():
             setattr(made, name, value)
         return made
+
+    def section(self, text: str) -> None:
+        """From a text that is new here on, nodes stand in a frame with it, to the right of all before."""
+        if text in self._frames:
+            return
+        self._first = max(self._rows, default=0) + 1
+        frame = self.tree.nodes.new("NodeFrame")
+        frame.label, frame.label_size, frame.shrink = text, 14, True
+        self._frames[text] = self._frame = frame
 
     def plug(self, socket, source: Source) -> None:
         if isinstance(source, bpy.types.NodeSocket):
             self.tree.links.new(source, socket)
             socket.node.location.x = max(socket.node.location.x, source.node.location.x + COLUMN)
-        elif isinstance(source, tuple) or socket.type == "VALUE":
+        elif isinstance(source, tuple) or socket.type in ("VALUE", "INT"):
             socket.default_value = source
         else:
             socket.default_value = (source,) * len(socket.default_value)
@@ -86,6 +99,20 @@ class TreeBuilder:
         for socket, source in zip(node.inputs, operands):
             self.plug(socket, source)
         return self.finish(node).outputs
+
+    def zone(self, count: Source, states: list[tuple[str, str]], initial: list[Source]):
+        """(first node, last node) of a Repeat zone: count, states [(name, 'Float' | 'Vector')], what each begins with. The last one's
+        inputs are the caller's to plug, and then to finish."""
+        enter, leave = self.node("GeometryNodeRepeatInput"), self.node("GeometryNodeRepeatOutput")
+        enter.pair_with_output(leave)
+        leave.repeat_items.clear()
+        for name, kind in states:
+            leave.repeat_items.new(kind.upper(), name)
+        count = int(count) if isinstance(count, float) else count
+        for socket, source in zip(enter.inputs, [count, *initial]):
+            self.plug(socket, source)
+        self.finish(enter)
+        return enter, leave
 
     def results(self, *sources: Source) -> None:
         """Connects the group's outputs, in the order their sockets were made."""

@@ -13,6 +13,7 @@ import bpy
 from ..core import methods, shading
 from ..core.asset import Asset
 from ..core.kernel import record_function
+from ..core.kernel.schedule import schedule
 from ..core.surface_ray import record_surface
 from .kernel_nodes import emit_nodes
 from .node_tree import TreeBuilder
@@ -28,11 +29,14 @@ SURFACE = (
 )
 
 
-def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
-    """A new node group that answers from the asset. Its nested groups are 'NAME Trace' and the shared REFLECTANCE."""
-    trace = emit_nodes(
-        record_surface(methods.get(asset.kind).trace, asset, asset.kind), asset, f"{name} Trace", ("radiance", "distance", "coverage", "cosine")
-    )
+def reflection_group(asset: Asset, name: str, rough: bool = True) -> bpy.types.NodeTree:
+    """A new node group that answers from the asset. Its nested groups are 'NAME Trace' and the shared REFLECTANCE.
+
+    rough: the material may be rough: where stand-ins have outlines each sample sends one ray of the lobe. False costs less."""
+    program = record_surface(methods.get(asset.kind).trace, asset, asset.kind, rough)
+    answers = ("radiance", "distance", "coverage", "cosine")
+    # What has no loop is small enough for both sides of its branches, and then Cycles can run it, too.
+    trace = emit_nodes(program, asset, f"{name} Trace", answers, unrolled=not schedule(program, answers).has_loops)
     build = TreeBuilder(name)
     build.socket("Normal", "Vector", is_output=False)
     build.socket("Roughness", "Float", is_output=False)
@@ -44,9 +48,13 @@ def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
     given = {s.name: s for s in build.inputs.outputs}
     place = build.finish(build.node("ShaderNodeNewGeometry"))
     seen = {s.name: s for s in place.outputs}
-    answer = build.group(
-        trace, seen["Position"], seen["Incoming"], given["Normal"], seen["Normal"], seen["True Normal"], given["Roughness"]
-    )
+    ray = [seen["Position"], seen["Incoming"], given["Normal"], seen["Normal"], seen["True Normal"], given["Roughness"]]
+    if "random" in program.inputs:
+        # Of the position's bits: a renderer moves its samples within the pixel, so each has other numbers.
+        noise = build.node("ShaderNodeTexWhiteNoise", "one ray of the lobe a sample", noise_dimensions="3D")
+        build.plug(noise.inputs["Vector"], seen["Position"])
+        ray.append(build.finish(noise).outputs["Color"])
+    answer = build.group(trace, *ray)
     radiance, distance, coverage, cosine = answer
     share = build.group(reflectance_group(), cosine, *(given[label] for label, _, _ in SURFACE))
     covered = build.vector("SCALE", share["Reflectance"], coverage)
@@ -63,4 +71,4 @@ def reflectance_group() -> bpy.types.NodeTree:
         return found
     options = {"has_metal": True, "has_dielectric": True}
     program = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options=options)
-    return emit_nodes(program, Asset("", "", {}), REFLECTANCE, ("reflectance", "opacity"))
+    return emit_nodes(program, Asset("", "", {}), REFLECTANCE, ("reflectance", "opacity"), unrolled=True)

@@ -21,7 +21,7 @@ def test_cycles_says_what_numpy_says(fresh_file, tmp_path, rng):
     rays = rays_everywhere(rng, tilted(), COUNT)
     width, spread = rng.uniform(0, 0.05, COUNT), rng.choice([0.0, 0.05, 0.7], COUNT)
     programs = {name: record(billboards.trace, asset) for name, asset in assets.items()}
-    groups = {name: (emit_nodes(program, assets[name], name, tuple(SIZES)), SIZES) for name, program in programs.items()}
+    groups = {name: (emit_nodes(program, assets[name], name, tuple(SIZES), unrolled=True), SIZES) for name, program in programs.items()}
     given = {"origin": rays.origin, "direction": rays.direction, "width": width, "spread": spread}
     answers = run_nodes(fresh_file, tmp_path, groups, given)
     bounds = tolerances.KERNEL_RADIANCE_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE

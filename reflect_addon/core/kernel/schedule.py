@@ -25,6 +25,10 @@ class Schedule:
         return tuple(sorted({n.data for n in self.uses if n.op in ("fetch", "sample", "size")}))
 
     @property
+    def has_loops(self) -> bool:
+        return any(node.op == "loop" for block in self.blocks.values() for node in block)
+
+    @property
     def uniforms(self) -> tuple[str, ...]:
         return tuple(sorted(n.data for n in self.uses if n.op == "uniform"))
 
