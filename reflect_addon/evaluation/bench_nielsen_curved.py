@@ -19,7 +19,7 @@ from .assets import baked_in
 from .backends import GpuBackend
 from .bench_nielsen_drawn import drawn
 from .bench_row import row
-from .evaluate import judge
+from .judged import judge
 
 SIZE, SAMPLES = (256, 192), 8
 BAKE = {"samples": 16, "resolution": 64, "surface_samples": 16, "surface_levels": 5}

@@ -63,6 +63,11 @@ _OPTIONAL = {"median_relative", "pictures", "notes"}
 _KINDS = {str: "a text", int: "a whole number", dict: "an object", tuple: "a list"}
 
 
+def is_software(device: str) -> bool:
+    """Whether the device draws on the CPU. device: a row's `device`, with its `backend` where that is told too."""
+    return any(word in device.lower() for word in ("software", "llvmpipe", "softpipe", "swiftshader", "numpy"))
+
+
 def write_rows(rows: list[Row], folder: Path) -> Path:
     """Writes folder/results.json whole or not at all and returns its path. NaN and infinities become None."""
     path = Path(folder) / FILE_NAME

@@ -1,0 +1,157 @@
+"""Methods as node groups in EEVEE: what is asked of the process that draws, read back, counted, said and refused; one tiny real frame."""
+
+
+import bpy
+import numpy as np
+import pytest
+from tolerances import NATIVE_HALF, NATIVE_RADIANCE
+
+from reflect_addon import cli
+from reflect_addon.core.rays import RayMap
+from reflect_addon.core.spaces import FAR, STATUS_HIT, STATUS_NONE
+from reflect_addon.evaluation import native, peer_places
+from reflect_addon.evaluation.backends import NumpyBackend
+from reflect_addon.evaluation.frame import open_frame
+from reflect_addon.evaluation.rows import read_rows
+from reflect_addon.scene.camera import camera_of
+from reflect_addon.scene.native_counts import image_bytes, images_of, look_ups_of, nodes_of
+from reflect_addon.scene.native_draw import MOST, RADIANCE, REACH
+from reflect_addon.scene.node_images import fetch_group, image_from
+from reflect_addon.scene.node_tree import TreeBuilder
+from sample_blends import scene_parts as parts
+
+SIDE = 4.0  # m, of the room
+
+
+@pytest.fixture
+def room(fresh_file, tmp_path):
+    """A mirror ball and a mirror panel in a turned closed room, saved."""
+    scene = parts.prepare(bpy.context.scene, "room")
+    parts.set_world(scene, (0.2, 0.2, 0.2))
+    walls = parts.material("Walls", (0.7, 0.5, 0.3))
+    walls.node_tree.nodes["Principled BSDF"].inputs["Emission Color"].default_value = (0.7, 0.5, 0.3, 1)
+    walls.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 1.0
+    box = parts.box("Room", (SIDE, SIDE, 3.0), (0, 0, 1.5), walls)
+    box.rotation_euler.z = 0.3
+    parts.sphere("Ball", 0.4, parts.mirror(), 32, location=(0.5, 0.2, 1.0))
+    bpy.ops.mesh.primitive_plane_add(size=1.0, location=(0, 1.6, 1.2), rotation=(np.pi / 2, 0, 0))
+    bpy.context.object.name = "Panel"
+    bpy.context.object.data.materials.append(bpy.data.materials["Mirror"])
+    parts.camera((0, -1.5, 1.3), (0.2, 1.0, 1.1), lens=24)
+    path = tmp_path / "room.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def run(capfd, *arguments):
+    capfd.readouterr()
+    status = cli.main([str(a) for a in arguments])
+    return status, *capfd.readouterr()
+
+
+# --- where probes stand
+
+
+def test_a_room_gets_a_box_and_a_mirror_its_plane(room):
+    scene = bpy.context.scene
+    with open_frame(scene, None) as snapshot:
+        view = camera_of(scene, None, 32, 24)
+        reflectors = [i.object_name for i in snapshot.reflectors()]
+        assert reflectors == ["Ball", "Panel"]
+        box = peer_places.room(snapshot, reflectors)
+        assert np.allclose(box.centre, (0, 0, 1.5), atol=0.02) and np.allclose(sorted(box.half), (1.5, 2, 2), atol=0.02)
+        assert abs(abs(box.axes[0][0]) - np.cos(0.3)) < 0.01, "turned as the room is"
+        (plane,) = peer_places.planes(snapshot, view, np.array([5, 9]))
+        before = np.array(plane.centre) - (0, 1.6, 1.2)
+        assert np.allclose(plane.half[:2], 0.5, atol=1e-6) and before @ plane.axes[2] == pytest.approx(peer_places.BEFORE * snapshot.diagonal(), rel=1e-3)
+        assert np.allclose(np.abs(plane.axes[2]), (0, 1, 0), atol=1e-6) and before[1] < 0, "on the side of the camera"
+        assert np.linalg.det(np.array(plane.axes)) == pytest.approx(1)
+        assert peer_places.planes(snapshot, view, np.array([5, 0])) == [], "a mirror that no pixel sees"
+        probes, names = peer_places.spheres(snapshot, np.array([5, 9]))
+        assert names == ["Panel", "Ball"] and [p.influence == p.reach for p in probes] == [True, False]
+    bpy.data.objects["Room"].scale.z = 0.0
+    bpy.context.view_layer.update()
+    with open_frame(scene, None) as snapshot:
+        assert peer_places.room(snapshot, reflectors) is None, "a floor alone is no room"
+
+
+# --- read back and counted
+
+
+def test_outputs_become_answers():
+    directions = np.tile(np.float32((0, 0, 1)), (1, 3, 1))
+    ray_map = RayMap(np.ones((1, 3, 3), np.float32), directions, directions, np.array([[0, 0, -1]]), *np.zeros((2, 1, 3), np.float32), ("a",))
+    channels = {f"{RADIANCE}.{c}": np.full((1, 3), 0.5, np.float32) for c in "RGB"}
+    channels |= {f"{REACH}.{c}": np.array([v], np.float32) for c, v in (("R", (0.25, MOST, 9)), ("G", (0.5, 1, 9)), ("B", (1, 0, 9)))}
+    answer, missing = native.answer_in(channels, ray_map, diagonal=8.0)
+    assert missing == 1 and answer.status.tolist() == [STATUS_HIT, STATUS_NONE] and answer.coverage.tolist() == [0.5, 0]
+    assert answer.position[0].tolist() == [1, 1, 3] and answer.position[1][2] > FAR / 2
+
+
+def test_counts_are_those_of_what_is_inlined_and_unrolled(fresh_file):
+    image = image_from("Table", np.zeros((2, 2, 4), np.float32))
+    fetch = fetch_group("fetch", image)
+    build = TreeBuilder("outer")
+    enter, leave = build.node("GeometryNodeRepeatInput"), build.node("GeometryNodeRepeatOutput")
+    enter.pair_with_output(leave)
+    leave.repeat_items.clear()
+    leave.repeat_items.new("FLOAT", "sum")
+    enter.inputs["Iterations"].default_value = 5
+    before = build.math("ADD", 1.0, 2.0)
+    build.plug(enter.inputs[1], before)
+    read = build.group(fetch, enter.outputs[1], 0.0)
+    build.plug(leave.inputs[0], read[1])
+    one = nodes_of(fetch)
+    assert look_ups_of(fetch) == 1 and look_ups_of(build.tree) == 5
+    assert nodes_of(build.tree) == 1 + 5 * one
+    assert images_of(build.tree) == {image} and image_bytes(image) == 2 * 2 * 16
+
+
+# --- said and refused
+
+
+def test_methods_that_draw_say_that_they_have_no_group(room, tmp_path, capfd):
+    words = ("render", room, "--method", "recursive", "--backend", "eevee", "--size", "8x8", "--out", tmp_path / "p.png")
+    status, _, err = run(capfd, *words)
+    assert status == 1 and "no node group" in err and "box_proxy" in err and not (tmp_path / "p.png").exists()
+    words = ("render", room, "--method", "light_field", "--backend", "eevee", "--background", "--size", "8x8", "--out", tmp_path / "p.png")
+    status, _, err = run(capfd, *words)
+    assert status == 1 and "--background" in err
+
+
+# --- EEVEE itself, as small as it can be: one process, few nodes
+
+
+def test_a_group_answers_as_its_kernel_does(room, tmp_path, capfd, monkeypatch):
+    """`environment` in EEVEE against NumPy on the same rays, through `evaluate`; and a method without groups beside it."""
+    monkeypatch.setattr("reflect_addon.evaluation.peer.SAMPLES", 1)
+    found = []
+    monkeypatch.setattr(
+        "reflect_addon.evaluation.native.answer_in", lambda *a, real=native.answer_in: found.append((a[1], real(*a))) or found[-1][1]
+    )
+    words = ("evaluate", room, "--methods", "environment,recursive", "--backend", "eevee", "--size", "32x24", "--samples", "1", "--out", tmp_path)
+    status, _, err = run(capfd, *words, "--resolution", "32", "--set", "samples=1")
+    assert status == 0, err
+    ours, none = read_rows(tmp_path)
+    assert ours.backend == "EEVEE" and ours.rmse is not None and ours.hit_p50 is not None and ours.ms > 0 and ours.ms_vs_environment == 1
+    assert ours.counts["nodes"] > 10 and ours.counts["look_ups"] > 0 and ours.counts["images"] <= 4 and ours.bytes > 32 * 32
+    assert ours.counts["traced_frame_s"] > 0 and {"answer", "hit_error"} <= set(ours.pictures)
+    assert none.rmse is None and "no node group" in none.notes[0]
+    ((ray_map, (answer, missing)),) = found
+    assert missing <= 0.02 * ours.pixels, "pixels on edges alone"
+    bpy.ops.wm.open_mainfile(filepath=str(room))
+    with open_frame(bpy.context.scene, None) as snapshot:
+        from reflect_addon.scene.bake import load_assets
+        from reflect_addon.scene.places import assets_of
+
+        folder = assets_of(bpy.context.scene)
+        folder = folder if folder.exists() else next((tmp_path / "assets").iterdir())
+        assets = load_assets(snapshot, "environment", folder)
+        expected = NumpyBackend(snapshot, assets, None, None, ray_map).answer()
+    there = answer.status == STATUS_HIT
+    off = np.abs(answer.radiance - expected.radiance)[there].max(-1)
+    assert np.percentile(off, 95) < NATIVE_RADIANCE
+    reach = np.linalg.norm(answer.position - expected.position, axis=-1)[there]
+    away = np.linalg.norm(expected.position - ray_map.rays().origin, axis=-1)[there]
+    near = away < FAR / 2
+    assert np.percentile(reach[near] / away[near], 95) < NATIVE_HALF if near.any() else True
