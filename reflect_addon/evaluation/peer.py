@@ -41,6 +41,7 @@ SETTINGS = (
 )  # fmt: skip
 OF_A_ROOM = (OFF | {"screen_tracing": True, "box_probe": True}, OFF | {"box_probe": True})
 OF_PLANES = OFF | {"screen_tracing": True, "plane_probe": True}  # with the sphere probes, or the room's
+TIMES = ("compile", "seconds", "busy", "sample")  # scene/eevee_draw.py's Timed
 SAMPLES = 16
 PROBE_SIDE = 512  # texels of a cube face
 DRAWS = ("eevee_draw.py", "eevee_job.py", "peer_probes.py", "peer_materials.py", "ray_scene.py")  # how it is drawn
@@ -52,9 +53,7 @@ class Picture:
 
     setting: dict
     radiance: np.ndarray  # (N, 3) float32, linear Rec.709: of the ray map's covered pixels in row order
-    compile: float  # s, what its first sample took longer than its second
-    seconds: float  # s, of the frame, what it captures included
-    busy: float  # s of CPU, of the frame
+    times: dict[str, float]  # scene/eevee_draw.py's Timed
     set_up: float  # s, of the volume probe's bake
     device: str
     probes: dict[str, int]  # how many of each kind are shown
@@ -69,8 +68,8 @@ class Picture:
             f"EEVEE's specular light, before Fresnel and tint, by {how} with {shown}, and a baked volume probe for light by way of other surfaces. "
             "Shiny materials kept their look but lost roughness, anisotropy and normal maps, as the judged rays do; no sun was made of "
             "the world's brightest spot.",
-            f"EEVEE tells no hit points and has no reflection pass to time apart: its whole frame took {self.seconds:.1f} s ({self.busy:.1f} s of CPU), "
-            f"after {self.compile:.1f} s of compiling and {self.set_up:.1f} s for the volume probe.",
+            f"EEVEE tells no hit points and has no reflection pass to time apart: its whole frame took {self.times['seconds']:.1f} s "
+            f"({self.times['busy']:.1f} s of CPU), after {self.times['compile']:.1f} s of compiling and {self.set_up:.1f} s for the volume probe.",
         ]
         if self.replaced:
             out.append(
@@ -160,7 +159,7 @@ def pictures_in(job: Job, said: dict, folder: Path, mask: np.ndarray) -> list[Pi
 
 def nothing(job: Job) -> list[Picture]:
     """Pictures of no pixel, which need no drawing."""
-    time = {"compile": 0.0, "seconds": 0.0, "busy": 0.0}
+    time = dict.fromkeys(TIMES, 0.0)
     said = {"replaced": [], "times": [time] * len(job.settings), "device": "nothing was drawn", "set_up": 0.0}
     return _pictures(job, said, [np.zeros((0, 3), np.float32)] * len(job.settings))
 
@@ -169,7 +168,7 @@ def _pictures(job: Job, said: dict, radiances: list[np.ndarray]) -> list[Picture
     counts = {kind: sum(p.kind == kind for p in job.probes) for kind in ("SPHERE", "BOX", "PLANE")}
     return [
         Picture(
-            setting, radiance, *(float(time[name]) for name in ("compile", "seconds", "busy")), float(said["set_up"]), str(said["device"]),
+            setting, radiance, {name: float(time[name]) for name in TIMES}, float(said["set_up"]), str(said["device"]),
             {kind: counts[kind] if setting[f"{kind.lower()}_probe"] else 0 for kind in counts}, tuple(said["replaced"]),
         )
         for setting, radiance, time in zip(job.settings, radiances, said["times"], strict=True)

@@ -14,7 +14,7 @@ from ..core.safe_write import write_whole
 from . import bench_table, maps
 from .page import CSS, TEMPLATE
 from .plot import Point, scatter
-from .rows import FILE_NAME, Row, is_software, read_rows
+from .rows import FILE_NAME, Row, is_software, read_rows, set_up_of
 
 # field, heading, digits, factor, what it is
 COLUMNS = (
@@ -42,7 +42,6 @@ PICTURES = ("answer", "difference", "hit_error", "composite")
 CAPTIONS = {"answer": "its rays", "difference": "difference", "hit_error": "hit-point error", "composite": "as the viewport draws it"}
 HEAD = "<header><h1>Reflect: how wrong, for what it costs</h1></header>"
 PEER = "eevee"  # evaluation/peer.py
-PEER_PARTS = {"screen_tracing": "tracing", "sphere_probe": "spheres", "box_probe": "box", "plane_probe": "planes"}  # a setting and its word
 EEVEE = (
     "EEVEE's own picture of the frame, a peer and no method of ours: screen tracing cannot show what is off screen or hidden, "
     "and the sphere probes that stand in for it take the scene to lie on a sphere about the reflector (or, in a room, on the room's box); plane probes "
@@ -95,8 +94,7 @@ def label_of(row: Row) -> str:
     """The method's name, and what tells a peer's rows apart."""
     if row.method != PEER or "sphere_probe" not in row.settings:
         return row.method
-    shown = [words for name, words in PEER_PARTS.items() if row.settings.get(name)]
-    return f"{row.method}, {' + '.join(shown) or 'nothing'}"
+    return f"{row.method}, {set_up_of(row.settings)}"
 
 
 def _head(rows: list[Row]) -> str:

@@ -58,7 +58,7 @@ def peer_rows(judged: Judged, samples: int, probe_side: int, pictures: list[Pict
     rows = []
     for found in pictures:
         picture, scores, notes = scores_of(judged, found.radiance)
-        seconds = {"frame_s": found.seconds, "frame_cpu_s": found.busy, "compile_s": found.compile, "volume_s": found.set_up}
+        counts = {"samples": samples, "probes": sum(found.probes.values()), **_seconds(found.times), "volume_s": found.set_up}
         rows.append(
             Row(
                 **whose(judged),
@@ -69,7 +69,7 @@ def peer_rows(judged: Judged, samples: int, probe_side: int, pictures: list[Pict
                 **scores,
                 nonfinite=metrics.nonfinite(found.radiance),
                 pictures=method_files(judged, f"{NAME}{len(rows) or ''}", picture, out),
-                counts={"samples": samples, "probes": sum(found.probes.values()), **seconds},
+                counts=counts,
                 notes=(*notes, *found.notes()),
             )
         )
@@ -84,9 +84,13 @@ def group_row(judged: Judged, drawn: Drawn, assets: dict[str, Asset], samples: i
         )
     plain, traced = drawn.told["plain"], drawn.told["traced"]
     counts = {name: drawn.told[name] for name in ("nodes", "look_ups", "images", "groups")}
-    counts |= {"samples": samples, "frame_s": plain["seconds"], "frame_cpu_s": plain["busy"], "compile_s": plain["compile"]}
+    counts |= {"samples": samples, **_seconds(plain)}
     counts |= {"traced_frame_s": traced["seconds"], "traced_frame_cpu_s": traced["busy"]}
     return method_row(
         judged, drawn.method, assets, drawn.answer, out, asked, notes=(*drawn.notes, WHOLE_FRAME), device=drawn.device, backend=EEVEE,
         ms=1e3 * plain["busy" if is_software(drawn.device) else "seconds"], bytes=drawn.told["image_bytes"], counts=counts,
     )  # fmt: skip
+
+
+def _seconds(times: dict[str, float]) -> dict[str, float]:
+    return {"frame_s": times["seconds"], "frame_cpu_s": times["busy"], "sample_cpu_s": times["sample"], "compile_s": times["compile"]}

@@ -1,8 +1,9 @@
 """EEVEE's pictures of a frame, its own and those with our node groups: a process of its own, on a copy of the file that nobody saves.
 
-All pictures of a job come from one process, so that their times can be compared. Each is drawn three times: a sample with what it compiles and
-captures, a sample again, and the frame itself, which is the one that is timed and kept. Times are of the wall and of the process's own
-work: on a software device that others share only the latter says much.
+All pictures of a job come from one process, so that their times can be compared. Each is drawn three times: a sample with what it compiles, a
+sample again, and the frame itself, which is the one that is timed and kept. Times are of the wall and of the process's own work: on a
+software device that others share only the latter says much. A frame includes what EEVEE does once for each (syncing, capturing probes, fetching
+compiled shaders); `sample` is the rest, for each of its samples.
 """
 
 import time
@@ -28,9 +29,10 @@ SWITCHES = {"sphere_probe": "SPHERE", "box_probe": "BOX", "plane_probe": "PLANE"
 class Timed:
     """One picture's time, s."""
 
-    compile: float  # what its first sample takes longer than its second
+    compile: float  # CPU seconds that its first sample takes longer than its second
     seconds: float  # the frame
     busy: float  # the frame, CPU seconds of the process with the threads of a software device
+    sample: float  # CPU seconds a sample, without what a frame takes once
 
 
 def render(job: Job, folder: Path, say: Callable[[float, str], object]) -> dict:
@@ -96,15 +98,16 @@ def _group(scene, job: Job, native: Native, path: Path) -> dict:
     else:
         told["plain"] = vars(timed(scene, job.samples, path))
         scene.eevee.use_raytracing = True
-        told["traced"] = vars(timed(scene, job.samples, path.with_name("traced.exr")))
+        told["traced"] = dict(zip(("seconds", "busy"), draw(scene, job.samples), strict=True))  # the material is the same: nothing new is compiled
     told |= {"notes": list(native.notes), **native.counts()}
     native.take_away(scene)
     return told
 
 
 def timed(scene: bpy.types.Scene, samples: int, path: Path) -> Timed:
-    first, again = draw(scene, 1)[0], draw(scene, 1)[0]
-    return Timed(max(first - again, 0.0), *draw(scene, samples, path))
+    first, again = draw(scene, 1)[1], draw(scene, 1)[1]
+    seconds, busy = draw(scene, samples, path)
+    return Timed(max(first - again, 0.0), seconds, busy, max(busy - again, 0.0) / max(samples - 1, 1))
 
 
 def draw(scene: bpy.types.Scene, samples: int, path: Path | None = None) -> tuple[float, float]:

@@ -122,6 +122,7 @@ def test_methods_that_draw_say_that_they_have_no_group(room, tmp_path, capfd):
 # --- EEVEE itself, as small as it can be: one process, few nodes
 
 
+@pytest.mark.slow
 def test_a_group_answers_as_its_kernel_does(room, tmp_path, capfd, monkeypatch):
     """`environment` in EEVEE against NumPy on the same rays, through `evaluate`; and a method without groups beside it."""
     monkeypatch.setattr("reflect_addon.evaluation.peer.SAMPLES", 1)
