@@ -33,7 +33,8 @@ def mirror_ray(k, incoming, normal, face_normal):
 
 
 def record_surface(trace, asset, name: str) -> Program:
-    """A method's kernel asked by a surface point: INPUTS -> radiance vec3, distance float (m; FAR: the sky), coverage, cosine.
+    """A method's kernel asked by a surface point: INPUTS -> radiance vec3, distance float (m; FAR: the sky), coverage, cosine,
+    position vec3 (world; of what is shown, which need not lie on the ray).
 
     normal: (0, 0, 0) stands for the smooth normal."""
 
@@ -42,6 +43,6 @@ def record_surface(trace, asset, name: str) -> Program:
         direction, cosine = mirror_ray(k, incoming, own, face_normal)
         hit = trace(k, scope, Ray(position, direction, k.vec2(0.0, 0.0).x, ROUGHNESS_SPREAD * roughness * roughness))
         away = k.min(k.length(hit.position - position), spaces.FAR)
-        return {"radiance": hit.radiance, "distance": away, "coverage": hit.coverage, "cosine": cosine}
+        return {"radiance": hit.radiance, "distance": away, "coverage": hit.coverage, "cosine": cosine, "position": hit.position}
 
     return record_function(function, INPUTS, asset.images, asset.uniforms, asset.options, name)

@@ -11,7 +11,7 @@ from ..core.rays import Answer, RayMap
 from ..core.spaces import FAR, STATUS_HIT, STATUS_NONE
 from ..scene.eevee_job import Job
 from ..scene.exr import read_exr, stacked
-from ..scene.native_draw import MOST, RADIANCE, REACH
+from ..scene.native_draw import FLAGS, MOST, RADIANCE, WAY
 from .peer import Picture, nothing, pictures_in
 
 
@@ -53,9 +53,9 @@ def answer_in(channels: dict[str, np.ndarray], ray_map: RayMap, diagonal: float)
     mask, rays = ray_map.covered(), ray_map.rays()
     # Outputs of a material are no colours: nothing converts them, and the file's are scene-linear as the group gives them.
     radiance = stacked(channels, RADIANCE, "RGB")[mask].astype(np.float32)
-    reach = stacked(channels, REACH, "RGB")[mask].astype(np.float64)
-    there = reach[:, 2] > 0.5
-    distance = np.where(reach[:, 0] < MOST / 2, reach[:, 0] * diagonal, FAR)
-    position = rays.origin + rays.direction * distance[:, None]
+    way = stacked(channels, WAY, "RGB")[mask].astype(np.float64)
+    coverage, there = channels[f"{FLAGS}.R"][mask], channels[f"{FLAGS}.G"][mask] > 0.5
+    length = np.linalg.norm(way, axis=-1, keepdims=True)
+    position = rays.origin + way * np.where(length < MOST / 2, diagonal, FAR / np.maximum(length, 1.0))
     status = np.where(there, STATUS_HIT, STATUS_NONE).astype(np.float32)
-    return Answer(radiance, np.where(there, reach[:, 1], 0.0).astype(np.float32), position.astype(np.float32), status), int((~there).sum())
+    return Answer(radiance, np.where(there, coverage, 0.0).astype(np.float32), position.astype(np.float32), status), int((~there).sum())

@@ -18,7 +18,7 @@ REPORTED = 3  # assets of a method that a row's notes describe
 EEVEE = "EEVEE"  # the backend of what it draws
 WHOLE_FRAME = (
     "Milliseconds are those of EEVEE's whole frame without its ray tracing (on a software device of its CPU time, which other work on the "
-    "machine does not stretch); distances are half floats, right to a two-thousandth."
+    "machine does not stretch); hit points are told in half floats, right to a two-thousandth of their distance."
 )
 
 

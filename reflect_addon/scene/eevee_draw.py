@@ -100,7 +100,7 @@ def _group(scene, job: Job, native: Native, path: Path) -> dict:
         scene.eevee.use_raytracing = True
         told["traced"] = dict(zip(("seconds", "busy"), draw(scene, job.samples), strict=True))  # the material is the same: nothing new is compiled
     told |= {"notes": list(native.notes), **native.counts()}
-    native.take_away(scene)
+    native.take_away()
     return told
 
 

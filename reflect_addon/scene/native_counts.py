@@ -16,8 +16,13 @@ def look_ups_of(tree: bpy.types.NodeTree) -> int:
 
 
 def images_of(tree: bpy.types.NodeTree) -> set[bpy.types.Image]:
-    found = {node.image for node in tree.nodes if node.type == "TEX_IMAGE" and node.image is not None}
-    return found.union(*(images_of(group) for group in {node.node_tree for node in tree.nodes if node.type == "GROUP"}))
+    return {node.image for group in groups_of(tree) for node in group.nodes if node.type == "TEX_IMAGE" and node.image is not None}
+
+
+def groups_of(tree: bpy.types.NodeTree) -> set[bpy.types.NodeTree]:
+    """The group itself and all that are nested in it."""
+    inside = {node.node_tree for node in tree.nodes if node.type == "GROUP"}
+    return {tree}.union(*map(groups_of, inside))
 
 
 def image_bytes(image: bpy.types.Image) -> int:

@@ -1,8 +1,8 @@
 """A method's node groups in the slots of its reflectors, for one of EEVEE's pictures; on a copy of the file that nobody saves.
 
-What is judged is what a group answers along the pixel's mirror ray, not the pixel's colour. So each material carries two outputs of its own
-beside the picture (shader AOVs): the radiance, and (distance, coverage, 1). EEVEE keeps both as half floats, so a distance is right to a
-two-thousandth, and is told in diagonals of the scene, which keeps it from the ends of their range.
+What is judged is what a group answers along the pixel's mirror ray, not the pixel's colour. So each material carries outputs of its own
+beside the picture (shader AOVs): the radiance, the way to the point that is shown, and (coverage, 1). EEVEE keeps them as half floats, so a
+way is right to a two-thousandth; it is told in diagonals of the scene, which keeps it from the ends of their range.
 """
 
 from pathlib import Path
@@ -17,11 +17,11 @@ from ..core.mirror_planes import is_mirror
 from ..core.snapshot import Instance, Material, SceneSnapshot
 from .bake import load_assets
 from .eevee_job import Groups
-from .native_counts import image_bytes, images_of, look_ups_of, nodes_of
+from .native_counts import groups_of, image_bytes, images_of, look_ups_of, nodes_of
 from .reflection_group import reflection_group
 
-RADIANCE, REACH = "Reflect Radiance", "Reflect Reach"
-MOST = 6.0e4  # half floats end at 65504: a radiance and a distance in diagonals are cut here
+RADIANCE, WAY, FLAGS = "Reflect Radiance", "Reflect Way", "Reflect Flags"
+MOST = 6.0e4  # half floats end at 65504: a radiance and a way in diagonals are cut here
 
 
 class Native:
@@ -40,7 +40,7 @@ class Native:
     def put(self, scene: bpy.types.Scene, diagonal: float, straight: bool) -> None:
         """Puts a material with the asset's group into every slot that mirrors. straight: as if all were smooth, as judged rays are."""
         layer = next(layer for layer in scene.view_layers if layer.use)
-        for name in (RADIANCE, REACH):
+        for name in (RADIANCE, WAY, FLAGS):
             if name not in layer.aovs:
                 layer.aovs.add().name = name
         made: dict[tuple, bpy.types.Material] = {}
@@ -51,7 +51,7 @@ class Native:
                     self.notes.append(f"No asset answers for: {instance.name}.")
                     continue
                 if id(asset) not in self._trees:
-                    self._trees[id(asset)] = reflection_group(asset, f"Reflect {self.method} {instance.object_name}")
+                    self._trees[id(asset)] = with_position(reflection_group(asset, f"Reflect {self.method} {instance.object_name}"))
                 for slot, index in _slots(self.snapshot, instance):
                     key = (id(asset), index)
                     if key not in made:
@@ -61,7 +61,7 @@ class Native:
                     slot.material = made[key]
         except (ReflectError, KernelError) as error:
             self.error = f"{self.method} has no node group: {error}"
-            self.take_away(scene)
+            self.take_away()
 
     def counts(self) -> dict:
         trees = list(self._trees.values())
@@ -74,7 +74,7 @@ class Native:
             "groups": len(trees),
         }
 
-    def take_away(self, scene: bpy.types.Scene) -> None:
+    def take_away(self) -> None:
         """The slots as they were; groups and images of this method go, which are large."""
         images = {image for tree in self._trees.values() for image in images_of(tree)}
         for slot, link, material in reversed(self._before):
@@ -83,8 +83,9 @@ class Native:
             slot.material = material
             if ours is not None and ours.users == 0:
                 bpy.data.materials.remove(ours)
-        for block, owner in ((self._trees.values(), bpy.data.node_groups), (images, bpy.data.images)):
-            for one in list(block):
+        groups = set().union(*map(groups_of, self._trees.values()))
+        for blocks, owner in ((groups, bpy.data.node_groups), (images, bpy.data.images)):
+            for one in blocks:
                 owner.remove(one)
         self._trees, self._before = {}, []
 
@@ -118,19 +119,49 @@ def _material(group: bpy.types.NodeTree, look: Material, diagonal: float, straig
     for name, value in values.items():
         node.inputs[name].default_value = value
     tree.links.new(node.outputs["Surface"], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
-    bounded = tree.nodes.new("ShaderNodeVectorMath")
-    bounded.operation, bounded.inputs[1].default_value = "MINIMUM", (MOST,) * 3
-    tree.links.new(node.outputs["Radiance"], bounded.inputs[0])
-    near, away, told = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Math", "Math", "CombineXYZ"))
-    near.operation, near.inputs[1].default_value = "MULTIPLY", 1.0 / diagonal
-    away.operation, away.inputs[1].default_value = "MINIMUM", MOST
-    told.inputs[2].default_value = 1.0
-    tree.links.new(node.outputs["Distance"], near.inputs[0])
-    tree.links.new(near.outputs[0], away.inputs[0])
-    tree.links.new(away.outputs[0], told.inputs[0])
-    tree.links.new(node.outputs["Coverage"], told.inputs[1])
-    for name, socket in ((RADIANCE, bounded.outputs[0]), (REACH, told.outputs[0])):
+    place = tree.nodes.new("ShaderNodeNewGeometry").outputs["Position"]
+    way = _math(tree, "SUBTRACT", node.outputs["Position"], place)
+    way = _math(tree, "SCALE", way, 1.0 / diagonal)
+    # Shortened where it is too long, in its direction: 1 / max(length / MOST, 1).
+    longer = _math(tree, "SCALE", way, 1.0 / MOST)
+    share = tree.nodes.new("ShaderNodeMath")
+    share.operation, share.inputs[1].default_value = "MAXIMUM", 1.0
+    tree.links.new(_math(tree, "LENGTH", longer), share.inputs[0])
+    divided = tree.nodes.new("ShaderNodeMath")
+    divided.operation, divided.inputs[0].default_value = "DIVIDE", 1.0
+    tree.links.new(share.outputs[0], divided.inputs[1])
+    flags = tree.nodes.new("ShaderNodeCombineXYZ")
+    flags.inputs[1].default_value = 1.0
+    tree.links.new(node.outputs["Coverage"], flags.inputs[0])
+    told = {
+        RADIANCE: _math(tree, "MINIMUM", node.outputs["Radiance"], (MOST,) * 3),
+        WAY: _math(tree, "SCALE", way, divided.outputs[0]),
+        FLAGS: flags.outputs[0],
+    }
+    for name, socket in told.items():
         output = tree.nodes.new("ShaderNodeOutputAOV")
         output.aov_name = name
         tree.links.new(socket, output.inputs["Color"])
     return material
+
+
+def with_position(group: bpy.types.NodeTree) -> bpy.types.NodeTree:
+    """The group with one more output, which it has but does not show: the point whose radiance it tells."""
+    (trace,) = (node for node in group.nodes if node.type == "GROUP" and "Position" in node.outputs)
+    group.interface.new_socket(name="Position", in_out="OUTPUT", socket_type="NodeSocketVector")
+    (end,) = (node for node in group.nodes if node.type == "GROUP_OUTPUT")
+    group.links.new(trace.outputs["Position"], end.inputs["Position"])
+    return group
+
+
+def _math(tree: bpy.types.NodeTree, operation: str, first, second=None):
+    """The result of a Vector Math node; operands are sockets or values."""
+    node = tree.nodes.new("ShaderNodeVectorMath")
+    node.operation = operation
+    second_at = node.inputs["Scale"] if operation == "SCALE" else node.inputs[1]
+    for socket, source in ((node.inputs[0], first), (second_at, second)):
+        if isinstance(source, bpy.types.NodeSocket):
+            tree.links.new(source, socket)
+        elif source is not None:
+            socket.default_value = source
+    return node.outputs["Value" if operation == "LENGTH" else "Vector"]

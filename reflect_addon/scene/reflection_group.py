@@ -18,6 +18,8 @@ from .kernel_nodes import emit_nodes
 from .node_tree import TreeBuilder
 
 REFLECTANCE = "Reflect Reflectance"
+# Outputs of the nested group that traces; nobody asks for the position but who judges it (native_draw.py), and what nobody asks is not compiled.
+ANSWER = ("radiance", "distance", "coverage", "cosine", "position")
 # Of the inputs that reflectance takes: name, type of socket, default (Principled's).
 SURFACE = (
     ("Base Color", "Color", (0.8, 0.8, 0.8, 1.0)),
@@ -30,9 +32,7 @@ SURFACE = (
 
 def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
     """A new node group that answers from the asset. Its nested groups are 'NAME Trace' and the shared REFLECTANCE."""
-    trace = emit_nodes(
-        record_surface(methods.get(asset.kind).trace, asset, asset.kind), asset, f"{name} Trace", ("radiance", "distance", "coverage", "cosine")
-    )
+    trace = emit_nodes(record_surface(methods.get(asset.kind).trace, asset, asset.kind), asset, f"{name} Trace", ANSWER)
     build = TreeBuilder(name)
     build.socket("Normal", "Vector", is_output=False)
     build.socket("Roughness", "Float", is_output=False)
@@ -47,7 +47,7 @@ def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
     answer = build.group(
         trace, seen["Position"], seen["Incoming"], given["Normal"], seen["Normal"], seen["True Normal"], given["Roughness"]
     )
-    radiance, distance, coverage, cosine = answer
+    radiance, distance, coverage, cosine = answer[: ANSWER.index("position")]
     share = build.group(reflectance_group(), cosine, *(given[label] for label, _, _ in SURFACE))
     covered = build.vector("SCALE", share["Reflectance"], coverage)
     light = build.node("ShaderNodeEmission")

@@ -2,20 +2,27 @@
 
 
 import bpy
+import mesh_scenes
 import numpy as np
 import pytest
+import trimesh
 from tolerances import NATIVE_HALF, NATIVE_RADIANCE
 
 from reflect_addon import cli
+from reflect_addon.core.methods import box_proxy, environment
 from reflect_addon.core.rays import RayMap
 from reflect_addon.core.spaces import FAR, STATUS_HIT, STATUS_NONE
-from reflect_addon.evaluation import native, peer_places
+from reflect_addon.evaluation import native, peer, peer_places
 from reflect_addon.evaluation.backends import NumpyBackend
 from reflect_addon.evaluation.frame import open_frame
-from reflect_addon.evaluation.rows import read_rows
+from reflect_addon.evaluation.raymap_numpy import numpy_ray_map
+from reflect_addon.evaluation.rows import read_rows, set_up_of
+from reflect_addon.scene import eevee_draw, native_draw
 from reflect_addon.scene.camera import camera_of
+from reflect_addon.scene.eevee_job import Groups, Job
+from reflect_addon.scene.exr import read_exr
 from reflect_addon.scene.native_counts import image_bytes, images_of, look_ups_of, nodes_of
-from reflect_addon.scene.native_draw import MOST, RADIANCE, REACH
+from reflect_addon.scene.native_draw import FLAGS, MOST, RADIANCE, WAY
 from reflect_addon.scene.node_images import fetch_group, image_from
 from reflect_addon.scene.node_tree import TreeBuilder
 from sample_blends import scene_parts as parts
@@ -82,10 +89,11 @@ def test_outputs_become_answers():
     directions = np.tile(np.float32((0, 0, 1)), (1, 3, 1))
     ray_map = RayMap(np.ones((1, 3, 3), np.float32), directions, directions, np.array([[0, 0, -1]]), *np.zeros((2, 1, 3), np.float32), ("a",))
     channels = {f"{RADIANCE}.{c}": np.full((1, 3), 0.5, np.float32) for c in "RGB"}
-    channels |= {f"{REACH}.{c}": np.array([v], np.float32) for c, v in (("R", (0.25, MOST, 9)), ("G", (0.5, 1, 9)), ("B", (1, 0, 9)))}
+    channels |= {f"{WAY}.{c}": np.array([v], np.float32) for c, v in (("R", (0, 0, 9)), ("G", (0.5, 0, 9)), ("B", (0.25, MOST, 9)))}
+    channels |= {f"{FLAGS}.{c}": np.array([v], np.float32) for c, v in (("R", (0.5, 1, 9)), ("G", (1, 0, 9)))}
     answer, missing = native.answer_in(channels, ray_map, diagonal=8.0)
     assert missing == 1 and answer.status.tolist() == [STATUS_HIT, STATUS_NONE] and answer.coverage.tolist() == [0.5, 0]
-    assert answer.position[0].tolist() == [1, 1, 3] and answer.position[1][2] > FAR / 2
+    assert answer.position[0].tolist() == [1, 5, 3] and answer.position[1][2] > FAR / 2
 
 
 def test_counts_are_those_of_what_is_inlined_and_unrolled(fresh_file):
@@ -119,40 +127,56 @@ def test_methods_that_draw_say_that_they_have_no_group(room, tmp_path, capfd):
     assert status == 1 and "--background" in err
 
 
-# --- EEVEE itself, as small as it can be: one process, few nodes
+# --- EEVEE itself, as small as it can be: one frame of one sample, in this process
+
+
+def test_a_mirror_shows_what_its_kernel_answers(fresh_file, tmp_path, monkeypatch):
+    """A plane with the group of a box and a cube map of a ball's surroundings, against NumPy on the ray map's rays; then the slot is as before."""
+    scene = parts.prepare(bpy.context.scene, "tiny")
+    bpy.ops.mesh.primitive_plane_add(size=4.0)
+    plane = bpy.context.object
+    plane.data.materials.append(parts.mirror())
+    scene.render.filter_size = 0.0  # through the pixel's centre
+    parts.camera((0, -3, 2), (0, 0, 0), lens=30)
+    ball = trimesh.creation.icosphere(2, 0.5)
+    around = mesh_scenes.snapshot(ball, Room=trimesh.creation.box((6, 5, 3)))
+    cube = environment.bake(mesh_scenes.job(around, {**environment.DEFAULTS, "resolution": 16, "samples": 1}))
+    asset = box_proxy.bake(mesh_scenes.job(around, {}, {"environment": cube})).joined(cube)
+    monkeypatch.setattr(native_draw, "load_assets", lambda *_: {"": asset})
+    with open_frame(scene, None) as snapshot:
+        ray_map = numpy_ray_map(snapshot, camera_of(scene, None, 16, 12))
+        expected = NumpyBackend(snapshot, {"": asset}, None, None, ray_map).answer()
+    groups = (Groups("box_proxy", ""), Groups("recursive", ""))
+    job = Job(scene.name, "Camera", 1, (16, 12), 1, 512, (), (), (), (), (), groups, snapshot.diagonal(), shown=True)
+    material = plane.material_slots[0].material
+    said = eevee_draw.render(job, tmp_path, lambda share, text: None)
+    first, second = said["groups"]
+    assert first["error"] is None and first["nodes"] > 10 and first["look_ups"] > 0 and first["groups"] == 1
+    assert "no node group" in second["error"]
+    answer, missing = native.answer_in(read_exr(tmp_path / "group0.exr"), ray_map, snapshot.diagonal())
+    assert len(answer.radiance) > 50 and missing == 0
+    off = np.abs(answer.radiance - expected.radiance).max(-1)
+    assert np.percentile(off, 95) < NATIVE_RADIANCE, off
+    away = np.linalg.norm(expected.position - ray_map.rays().origin, axis=-1)
+    reach = np.linalg.norm(answer.position - expected.position, axis=-1)[away < FAR / 2] / away[away < FAR / 2]
+    assert np.percentile(reach, 95) < NATIVE_HALF
+    slot = plane.material_slots[0]
+    assert slot.link == "DATA" and slot.material == material and not bpy.data.node_groups
 
 
 @pytest.mark.slow
-def test_a_group_answers_as_its_kernel_does(room, tmp_path, capfd, monkeypatch):
-    """`environment` in EEVEE against NumPy on the same rays, through `evaluate`; and a method without groups beside it."""
-    monkeypatch.setattr("reflect_addon.evaluation.peer.SAMPLES", 1)
-    found = []
-    monkeypatch.setattr(
-        "reflect_addon.evaluation.native.answer_in", lambda *a, real=native.answer_in: found.append((a[1], real(*a))) or found[-1][1]
-    )
-    words = ("evaluate", room, "--methods", "environment,recursive", "--backend", "eevee", "--size", "32x24", "--samples", "1", "--out", tmp_path)
+def test_evaluate_judges_groups_in_a_process_of_their_own(room, tmp_path, capfd, monkeypatch):
+    """And EEVEE's room-shaped and plane probes beside them."""
+    monkeypatch.setattr(peer, "SAMPLES", 1)
+    words = ("evaluate", room, "--methods", "environment,recursive,eevee", "--backend", "eevee", "--size", "32x24", "--samples", "1", "--out", tmp_path)
     status, _, err = run(capfd, *words, "--resolution", "32", "--set", "samples=1")
     assert status == 0, err
-    ours, none = read_rows(tmp_path)
+    ours, none, *theirs = read_rows(tmp_path)
     assert ours.backend == "EEVEE" and ours.rmse is not None and ours.hit_p50 is not None and ours.ms > 0 and ours.ms_vs_environment == 1
     assert ours.counts["nodes"] > 10 and ours.counts["look_ups"] > 0 and ours.counts["images"] <= 4 and ours.bytes > 32 * 32
     assert ours.counts["traced_frame_s"] > 0 and {"answer", "hit_error"} <= set(ours.pictures)
     assert none.rmse is None and "no node group" in none.notes[0]
-    ((ray_map, (answer, missing)),) = found
-    assert missing <= 0.02 * ours.pixels, "pixels on edges alone"
-    bpy.ops.wm.open_mainfile(filepath=str(room))
-    with open_frame(bpy.context.scene, None) as snapshot:
-        from reflect_addon.scene.bake import load_assets
-        from reflect_addon.scene.places import assets_of
-
-        folder = assets_of(bpy.context.scene)
-        folder = folder if folder.exists() else next((tmp_path / "assets").iterdir())
-        assets = load_assets(snapshot, "environment", folder)
-        expected = NumpyBackend(snapshot, assets, None, None, ray_map).answer()
-    there = answer.status == STATUS_HIT
-    off = np.abs(answer.radiance - expected.radiance)[there].max(-1)
-    assert np.percentile(off, 95) < NATIVE_RADIANCE
-    reach = np.linalg.norm(answer.position - expected.position, axis=-1)[there]
-    away = np.linalg.norm(expected.position - ray_map.rays().origin, axis=-1)[there]
-    near = away < FAR / 2
-    assert np.percentile(reach[near] / away[near], 95) < NATIVE_HALF if near.any() else True
+    assert [set_up_of(row.settings) for row in theirs] == [
+        "tracing + spheres", "tracing", "spheres", "tracing + box", "box", "tracing + box + planes",
+    ]  # fmt: skip
+    assert theirs[-1].flip < theirs[1].flip, "a plane probe shows what screen tracing alone does not"
