@@ -92,6 +92,13 @@ def parser() -> argparse.ArgumentParser:
     _view(evaluate, default_samples=64)
     _settings(evaluate, samples=False)
 
+    native = _verb(verbs, "native", "a .blend whose materials show baked reflections in EEVEE, without this add-on")
+    native.add_argument("--method", metavar="A")
+    native.add_argument("--remove", action="store_true", help="give the reflectors their own materials back instead")
+    native.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+    native.add_argument("--unpacked", action="store_true", help="images beside the new file, not in it")
+    native.add_argument("--out", type=_blend, required=True, metavar="NEW.blend")
+
     shader = _verb(verbs, "shader", "print the GLSL that a method becomes")
     shader.add_argument("--method", required=True, metavar="A")
     shader.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
@@ -193,6 +200,12 @@ def _picture(text: str) -> Path:
     if path.suffix.lower() not in {".png", ".exr"}:
         raise argparse.ArgumentTypeError(f"'{text}' must end in .png or .exr")
     return path
+
+
+def _blend(text: str) -> Path:
+    if Path(text).suffix.lower() != ".blend":
+        raise argparse.ArgumentTypeError(f"'{text}' must end in .blend")
+    return Path(text)
 
 
 class Interruption:

@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator
 import bpy
 
 from . import cli
-from .ops import bake, cancel, delete_assets, focus_here, mark, open_folder, refresh
+from .ops import bake, cancel, delete_assets, focus_here, mark, open_folder, refresh, remove_from_materials, use_in_materials
 from .scene import handlers, live, properties
-from .ui import map_preview, method_settings, panel, preferences, settings
+from .ui import map_preview, method_settings, native, panel, preferences, settings
 
 CLASSES = (
     preferences.ReflectPreferences,
@@ -18,9 +18,12 @@ CLASSES = (
     bake.REFLECT_OT_bake,
     cancel.REFLECT_OT_cancel,
     focus_here.REFLECT_OT_focus_here,
+    use_in_materials.REFLECT_OT_use_in_materials,
+    remove_from_materials.REFLECT_OT_remove_from_materials,
     open_folder.REFLECT_OT_open_folder,
     delete_assets.REFLECT_OT_delete_assets,
     panel.REFLECT_PT_main,
+    native.REFLECT_PT_native,
     panel.REFLECT_PT_found,
     panel.REFLECT_PT_settings,
     panel.REFLECT_PT_advanced,

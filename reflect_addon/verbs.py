@@ -59,6 +59,27 @@ def render(arguments) -> None:
     _print(arguments, arguments.out)
 
 
+def native(arguments) -> None:
+    from .evaluation.native_file import write_native, write_without
+    from .scene.places import assets_of
+
+    check_writable(arguments.out)
+    if arguments.remove:
+        done = write_without(_scene(arguments), arguments.out)
+    elif arguments.method:
+        _methods(arguments.method)
+        scene = _scene(arguments)
+        folder = arguments.assets or assets_of(scene)
+        done = write_native(
+            scene, arguments.method, folder, arguments.out, pack=not arguments.unpacked, progress=_progress(arguments)
+        )
+    else:
+        raise ReflectError("No method was named.", f"Add --method, one of {', '.join(registry.gathering())}, or --remove.")
+    for sentence in done.sentences:
+        _warn(sentence)
+    _print(arguments, f"{arguments.out}: {done.counts()}")
+
+
 def evaluate(arguments) -> None:
     from .evaluation.evaluate import evaluate as run
 

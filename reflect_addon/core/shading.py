@@ -83,6 +83,14 @@ def reflectance(k, scope, cosine, base_color, metallic, specular_tint, ior, weig
     return {"reflectance": colour * weight, "opacity": opacity * weight}
 
 
+def leveled_ior(k, scope, ior, level):
+    """{'ior': float}: the index whose reflectance straight on is that of ior times twice the specular level (Principled BSDF)."""
+    root = k.min(k.sqrt(k.max(2.0 * level, 0.0)) * k.abs((ior - 1.0) / k.max(ior + 1.0, 1e-6)), 0.999)
+    return {"ior": (1.0 + root) / (1.0 - root)}
+
+
+LEVELED_INPUTS = {"ior": "float", "level": "float"}
+
 REFLECTANCE_INPUTS = {
     "cosine": "float",
     "base_color": "vec3",

@@ -12,6 +12,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from .native_marks import is_for_eevee_alone, original_of
+
 # Of nodes and lights: where they lie in the editor, and what Blender works out or counts by itself.
 EDITOR_ONLY = {
     "rna_type", "name", "name_full", "label", "location", "location_absolute", "width", "height", "dimensions",
@@ -56,7 +58,7 @@ class Fingerprint:
 
     def instance(self, obj, instance) -> None:
         seen = [getattr(obj, f"visible_{kind}") for kind in ("diffuse", "glossy", "transmission", "shadow")]
-        slots = [slot.material.name_full if slot.material else "" for slot in obj.material_slots]
+        slots = [original_of(slot.material).name_full if slot.material else "" for slot in obj.material_slots]
         place = instance.world_from_object.tobytes().hex()
         part = f"instance {instance.name} {self._mesh_digests[instance.mesh]} {place} {slots} {seen}"
         self._parts.append(part)
@@ -66,7 +68,7 @@ class Fingerprint:
     def material(self, material) -> None:
         if material is not None:
             flat = (*material.diffuse_color, material.metallic, material.roughness)
-            self._parts.append(f"material {material.name_full} {flat} {self._tree(material.node_tree)}")
+            self._parts.append(f"material {original_of(material).name_full} {flat} {self._tree(material.node_tree)}")
 
     def light(self, obj, matrix: np.ndarray) -> None:
         values = self._struct(obj.data, 0)
@@ -91,16 +93,21 @@ class Fingerprint:
             self._parts.append(f"frame {scene.frame_current}")
 
     def _tree(self, tree, depth: int = 0) -> str:
-        """Nodes with their settings and unlinked values, and links, of a node tree and the groups in it."""
+        """Nodes with their settings and unlinked values, and links, of a node tree and the groups in it; what only EEVEE reads
+        is left out."""
         if tree is None:
             return ""
         lines = []
         for node in tree.nodes:
+            if is_for_eevee_alone(node):
+                continue
             values = [_plain(s.default_value) for s in node.inputs if hasattr(s, "default_value") and not s.is_linked]
             constants = [_plain(s.default_value) for s in node.outputs if hasattr(s, "default_value")]
             inner = self._tree(node.node_tree, depth + 1) if node.type == "GROUP" and depth < 16 else ""
             lines.append(f"{node.name} {node.bl_idname} {values} {constants} {self._struct(node, 0)} {inner}")
         for link in tree.links:
+            if is_for_eevee_alone(link.to_node) or is_for_eevee_alone(link.from_node):
+                continue
             ends = (link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
             lines.append(f"link {ends} {link.is_muted}")
         return _sha256("\n".join(sorted(lines)).encode())

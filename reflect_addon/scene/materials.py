@@ -5,11 +5,16 @@ lobe stands for the material: the strongest of those that are sharp enough to sh
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import bpy
 import numpy as np
 
+from ..core import shading
+from ..core.asset import Asset
+from ..core.kernel import evaluate, record_function
 from ..core.snapshot import Material
+from .native_marks import original_of
 from .sockets import Groups, Reducer
 
 # Above this roughness a reflection is a blur of the whole half space; diffuse light shows it as well.
@@ -47,25 +52,25 @@ def reflect_material(material: bpy.types.Material | None) -> Material:
         return Material(name="", specular_weight=0.0)
     if material.node_tree is None:
         return Material(
-            name=material.name,
+            name=original_of(material).name,
             metallic=material.metallic,
             roughness=material.roughness,
             base_color=tuple(material.diffuse_color[:3]),
             is_reflector=material.metallic > 0 and material.roughness <= MAX_ROUGHNESS,
         )
-    reducer = Reducer()
+    name, reducer = original_of(material).name, Reducer()
     output = material.node_tree.get_output_node("CYCLES")
     lobes = _lobes(output.inputs["Surface"], (), 1.0, reducer) if output else []
     lobes = [lobe for lobe in lobes if lobe.reflectance() > 0]
     if not lobes:
         notes = tuple(dict.fromkeys(reducer.notes))
-        return Material(name=material.name, roughness=1.0, specular_weight=0.0, simplified=notes)
+        return Material(name=name, roughness=1.0, specular_weight=0.0, simplified=notes)
     sharp = [lobe for lobe in lobes if lobe.roughness <= MAX_ROUGHNESS and lobe.reflectance() >= MIN_REFLECTANCE]
     main = max(sharp or lobes, key=Lobe.reflectance)
     if len(lobes) > 1:
         reducer.notes.append(f"the strongest of {len(lobes)} reflecting layers stands for all")
     return Material(
-        material.name,
+        name,
         main.metallic,
         main.roughness,
         main.base_color,
@@ -86,6 +91,12 @@ def _lobes(socket, path: Groups, weight: float, reducer: Reducer) -> list[Lobe]:
     node = found.node
     read = _READERS.get(node.type)
     return read(node, path, weight, reducer) if read else []
+
+
+def leaf_lobes(node: bpy.types.Node, path: Groups) -> list[Lobe]:
+    """The lobes of one shader node, as if it were all of the surface; [] when it has none that reflects."""
+    read = _READERS.get(node.type)
+    return read(node, path, 1.0, Reducer()) if read else []
 
 
 def _principled(node, path, weight, reducer):
@@ -174,10 +185,10 @@ def _fresnel_ior(socket, path, reducer) -> float | None:
     return None
 
 
+@lru_cache(maxsize=1024)
 def _with_level(ior: float, level: float) -> float:
-    """The index whose reflectance straight on is that of ior times twice the specular level (Principled BSDF)."""
-    root = min(np.sqrt(max(2 * level, 0.0)) * abs((ior - 1) / (ior + 1)), 0.999)
-    return float((1 + root) / (1 - root))
+    program = record_function(shading.leveled_ior, shading.LEVELED_INPUTS)
+    return float(evaluate(program, {"ior": np.array([ior]), "level": np.array([level])}, Asset("", "", {}))["ior"][0])
 
 
 def _unit(value: float) -> float:

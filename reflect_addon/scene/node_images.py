@@ -1,9 +1,12 @@
 """Images for shader nodes, and the two node groups that read them: an exact texel, and a bilinear sample of four."""
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 
 from ..core.asset_images import size_of, texels
+from ..core.asset_places import file_name
 from .node_tree import TreeBuilder
 
 
@@ -21,6 +24,23 @@ def image_from(name: str, pixels: np.ndarray) -> bpy.types.Image:
     image.pixels.foreach_set(np.ascontiguousarray(pixels, np.float32).ravel())
     image.update()
     return image
+
+
+def keep_images(tree: bpy.types.NodeTree, pack: bool, folder: Path | None) -> None:
+    """Makes the images of a group and of those in it last beyond this session: packed into the .blend, else written as .exr into
+    the folder."""
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup":
+            keep_images(node.node_tree, pack, folder)
+        image = getattr(node, "image", None)
+        if image is None or image.source != "GENERATED":  # kept already
+            continue
+        if pack:
+            image.pack()
+        else:
+            image.filepath_raw, image.file_format = str(folder / f"{file_name(image.name)}.exr"), "OPEN_EXR"
+            folder.mkdir(parents=True, exist_ok=True)
+            image.save()
 
 
 def fetch_group(name: str, image: bpy.types.Image) -> bpy.types.NodeTree:

@@ -9,6 +9,15 @@ MARKS = (
 )
 
 
+class ReflectNativeSlot(bpy.types.PropertyGroup):
+    """What a slot showed before it got a material of ours (native_slots.py)."""
+
+    index: bpy.props.IntProperty(description="The slot's place")
+    link: bpy.props.StringProperty(description="Where the slot's material came from: DATA or OBJECT")
+    material: bpy.props.PointerProperty(type=bpy.types.Material, description="What the object had in the slot")
+    own: bpy.props.PointerProperty(type=bpy.types.Material, description="What Reflect put there")
+
+
 def mark_of(obj: bpy.types.Object) -> str:
     """The mark of an object; 'AUTO' while the add-on is not registered."""
     return getattr(obj, "reflect_mark", "AUTO")
@@ -21,7 +30,13 @@ def register() -> None:
         items=MARKS,
         default="AUTO",
     )
+    bpy.utils.register_class(ReflectNativeSlot)
+    bpy.types.Object.reflect_native = bpy.props.CollectionProperty(
+        type=ReflectNativeSlot, name="Reflect", description="Slots that show materials of Reflect's"
+    )
 
 
 def unregister() -> None:
+    del bpy.types.Object.reflect_native
+    bpy.utils.unregister_class(ReflectNativeSlot)
     del bpy.types.Object.reflect_mark

@@ -4,8 +4,8 @@ Problem. The overlay answers reflected rays while the add-on draws; a material m
 Idea. The method's own kernel, asked with the mirror ray of the shaded point (core/surface_ray.py), and the reflectance that the overlay's resolve
 pass uses (core/shading.py), both emitted as nodes (kernel_nodes.py).
 Group: inputs Normal (nothing plugged in: the surface's own), Roughness, Base Color, Metallic, Specular Tint, IOR, Weight; outputs Radiance (what the mirror ray
-brings), Distance (m), Coverage (0..1), Reflectance, Opacity (share of the surface's own light that the reflection replaces) and Surface (Radiance
-times Reflectance times Coverage, as light).
+brings), Distance (m), Coverage (0..1), Reflectance, Opacity (share of the surface's own light that the reflection replaces), Cosine (of the
+mirror ray, for other reflectances) and Surface (Radiance times Reflectance times Coverage, as light).
 """
 
 import bpy
@@ -38,7 +38,7 @@ def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
     build.socket("Roughness", "Float", is_output=False)
     for label, kind, value in SURFACE:
         build.socket(label, kind, is_output=False, default=value)
-    for label, kind in (("Radiance", "Color"), ("Distance", "Float"), ("Coverage", "Float"), ("Reflectance", "Color"), ("Opacity", "Float")):
+    for label, kind in (("Radiance", "Color"), ("Distance", "Float"), ("Coverage", "Float"), ("Reflectance", "Color"), ("Opacity", "Float"), ("Cosine", "Float")):
         build.socket(label, kind, is_output=True)
     build.socket("Surface", "Shader", is_output=True)
     given = {s.name: s for s in build.inputs.outputs}
@@ -53,7 +53,7 @@ def reflection_group(asset: Asset, name: str) -> bpy.types.NodeTree:
     light = build.node("ShaderNodeEmission")
     build.plug(light.inputs["Color"], build.vector("MULTIPLY", radiance, covered))
     build.finish(light)
-    build.results(radiance, distance, coverage, share["Reflectance"], share["Opacity"], light.outputs[0])
+    build.results(radiance, distance, coverage, share["Reflectance"], share["Opacity"], cosine, light.outputs[0])
     return build.tree
 
 

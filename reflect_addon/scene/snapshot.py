@@ -15,6 +15,7 @@ from .fingerprint import Fingerprint
 from .geometry import read_mesh
 from .lamps import intensity, lamp_mesh
 from .materials import reflect_material
+from .native_marks import original_of
 from .properties import mark_of
 from .restore import Change, attributes
 
@@ -180,7 +181,7 @@ class _Reader:
         return self._mesh_index[key]
 
     def _material(self, material) -> int:
-        key = None if material is None else material.original.name_full
+        key = None if material is None else original_of(material).original.name_full
         if key not in self._material_index:
             self._material_index[key] = len(self.materials)
             self.materials.append(reflect_material(material))

@@ -32,7 +32,7 @@ class Reducer:
             elif node.type == "REROUTE":
                 socket = node.inputs[0]
             elif node.type == "GROUP" and node.node_tree is not None:
-                inside = _group_output(node.node_tree)
+                inside = group_output(node.node_tree)
                 if inside is None:
                     return output, path
                 path, socket = (*path, node), _by_identifier(inside.inputs, output.identifier)
@@ -106,7 +106,7 @@ def _fitting(value: np.ndarray, socket):
     return tuple(float(v) for v in (value if len(value) == 3 else value[:1].repeat(3)))
 
 
-def _group_output(tree: bpy.types.NodeTree):
+def group_output(tree: bpy.types.NodeTree):
     outputs = [n for n in tree.nodes if n.type == "GROUP_OUTPUT"]
     return next((n for n in outputs if n.is_active_output), outputs[0] if outputs else None)
 

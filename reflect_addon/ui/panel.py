@@ -15,13 +15,13 @@ from .map_preview import icon_of
 LISTED = 12  # reflectors named in the panel; a scene may have thousands
 
 
-class _Tab:
+class Tab:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Reflect"
 
 
-class REFLECT_PT_main(_Tab, bpy.types.Panel):
+class REFLECT_PT_main(Tab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_main"
     bl_label = "Reflect"
 
@@ -33,13 +33,13 @@ class REFLECT_PT_main(_Tab, bpy.types.Panel):
         _bake_row(layout, state)
         for message in (state.bake_error, state.read_error, state.draw_error(), *state.problems):
             if message:
-                _sentence(layout, context, message, "ERROR")
+                sentence(layout, context, message, "ERROR")
         if live.is_on(scene):
             for message in _warnings(context, state):
-                _sentence(layout, context, message, "INFO")
+                sentence(layout, context, message, "INFO")
 
 
-class REFLECT_PT_found(_Tab, bpy.types.Panel):
+class REFLECT_PT_found(Tab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_found"
     bl_parent_id = "REFLECT_PT_main"
     bl_label = "Reflectors"
@@ -61,7 +61,7 @@ class REFLECT_PT_found(_Tab, bpy.types.Panel):
             if not reflectors:
                 column.label(text="None: nothing here is shiny enough")
             for message in (*_simplified(snapshot, reflectors), *snapshot.warnings):
-                _sentence(layout, context, message, "INFO")
+                sentence(layout, context, message, "INFO")
         layout.operator("reflect.refresh", icon="FILE_REFRESH")
         row = layout.row(align=True)
         row.operator("reflect.mark", text="Mark").mark = "YES"
@@ -69,7 +69,7 @@ class REFLECT_PT_found(_Tab, bpy.types.Panel):
         row.operator("reflect.mark", text="By Material").mark = "AUTO"
 
 
-class REFLECT_PT_settings(_Tab, bpy.types.Panel):
+class REFLECT_PT_settings(Tab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_settings"
     bl_parent_id = "REFLECT_PT_main"
     bl_label = "Settings"
@@ -92,7 +92,7 @@ class REFLECT_PT_settings(_Tab, bpy.types.Panel):
         mirror_source.field(layout, settings)
 
 
-class REFLECT_PT_advanced(_Tab, bpy.types.Panel):
+class REFLECT_PT_advanced(Tab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_advanced"
     bl_parent_id = "REFLECT_PT_settings"
     bl_label = "Advanced"
@@ -108,7 +108,7 @@ class REFLECT_PT_advanced(_Tab, bpy.types.Panel):
         _fields(layout, context.scene.reflect, advanced=True)
 
 
-class REFLECT_PT_assets(_Tab, bpy.types.Panel):
+class REFLECT_PT_assets(Tab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_assets"
     bl_parent_id = "REFLECT_PT_main"
     bl_label = "Assets"
@@ -125,7 +125,7 @@ class REFLECT_PT_assets(_Tab, bpy.types.Panel):
                 column.template_icon(icon, scale=6.0)
         column.label(text=f"{len(state.assets)} assets, {_memory(state.bytes())} on the GPU")
         for message in dict.fromkeys(_reports(state)):
-            _sentence(layout, context, message, "INFO")
+            sentence(layout, context, message, "INFO")
         row = layout.row(align=True)
         row.operator("reflect.open_folder", icon="FILE_FOLDER")
         row.operator("reflect.delete_assets", icon="TRASH")
@@ -232,7 +232,7 @@ def _memory(count):
     return f"{count / 2**20:.1f} MiB" if count >= 2**20 else f"{count / 1024:.0f} KiB"
 
 
-def _sentence(layout, context, text, icon):
+def sentence(layout, context, text, icon):
     """A label as many lines high as the sidebar's width asks for."""
     letters = max(20, int(context.region.width / (7 * context.preferences.system.ui_scale)) - 4)
     column, line = layout.column(align=True), ""

@@ -83,6 +83,13 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         update=_look_changed,
     )
 
+    native_pack: bpy.props.BoolProperty(
+        name="Pack",
+        description="Keep the images of Use in Materials in the .blend. Off: they are written beside the assets, and the .blend needs them",
+        default=True,
+    )
+    native_said: bpy.props.StringProperty(description="What Use in Materials made, for the sidebar")
+
     def settings_of(self, kind: str) -> dict[str, object]:
         """What a bake of this method alone is asked for: name -> value; {} for a method that was added while Blender ran."""
         group = getattr(self, kind, None)
