@@ -79,8 +79,10 @@ def _drawn(case: Case, folder, say) -> Found:
         job = peer.job_of(scene, judged.camera_name, judged.camera, snapshot, judged.ray_map)
         job = replace(job, groups=tuple(Groups(name, str(b.folder)) for name, b in baked.items()))
         pictures, drawn = native.draw(job, judged.ray_map, partial(draw_apart, say=lambda s, t: say(0.4 + 0.6 * s, t)))
-        ours = tuple(_ours(judged, d, baked[d.method]) for d in drawn if d.error is None)
-    return Found(case, ours, tuple(_theirs(judged, p) for p in pictures), tuple(d.error for d in drawn if d.error), judged.truth_picture)
+        drew = [d for d in drawn if d.error is None and d.told["plain"] is not None]
+    without = [f"{d.method}: {' '.join([d.error or '', *d.notes]).strip()}" for d in drawn if d not in drew]
+    ours = tuple(_ours(judged, d, baked[d.method]) for d in drew)
+    return Found(case, ours, tuple(_theirs(judged, p) for p in pictures), tuple(without), judged.truth_picture)
 
 
 def _ours(judged: Judged, drawn: Drawn, baked: Baked) -> Line:

@@ -17,7 +17,7 @@ from .rows import Row, is_software
 REPORTED = 3  # assets of a method that a row's notes describe
 EEVEE = "EEVEE"  # the backend of what it draws
 WHOLE_FRAME = (
-    "Milliseconds are those of EEVEE's whole frame without its ray tracing (on a software device of its CPU time, which other work on the "
+    "Milliseconds are those of EEVEE's whole frame, the groups in the scene's own materials, without its ray tracing (on a software device of its CPU time, which other work on the "
     "machine does not stretch); hit points are told in half floats, right to a two-thousandth of their distance."
 )
 
@@ -83,12 +83,13 @@ def group_row(judged: Judged, drawn: Drawn, assets: dict[str, Asset], samples: i
             **whose(judged), method=drawn.method, settings={**asked, **truth_settings(judged)}, device=drawn.device, backend=EEVEE, notes=(drawn.error,)
         )
     plain, traced = drawn.told["plain"], drawn.told["traced"]
+    software = is_software(drawn.device)
     counts = {name: drawn.told[name] for name in ("nodes", "look_ups", "images", "groups")}
-    counts |= {"samples": samples, **_seconds(plain)}
-    counts |= {"traced_frame_s": traced["seconds"], "traced_frame_cpu_s": traced["busy"]}
+    if plain is not None:
+        counts |= {"samples": samples, **_seconds(plain), "traced_frame_s": traced["seconds"], "traced_frame_cpu_s": traced["busy"]}
     return method_row(
         judged, drawn.method, assets, drawn.answer, out, asked, notes=(*drawn.notes, WHOLE_FRAME), device=drawn.device, backend=EEVEE,
-        ms=1e3 * plain["busy" if is_software(drawn.device) else "seconds"], bytes=drawn.told["image_bytes"], counts=counts,
+        ms=None if plain is None else 1e3 * plain["busy" if software else "seconds"], bytes=drawn.told["image_bytes"], counts=counts,
     )  # fmt: skip
 
 

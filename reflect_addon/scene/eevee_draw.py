@@ -13,10 +13,13 @@ from pathlib import Path
 
 import bpy
 
+from ..core.errors import ReflectError
 from .eevee_job import Job
 from .native_draw import Native
+from .native_materials import remove_from_materials, use_in_materials
 from .peer_materials import straighten
 from .peer_probes import add_probe, add_volume
+from .properties import object_properties
 from .ray_scene import plain_output
 from .snapshot import render_visibility, take_snapshot
 
@@ -47,18 +50,16 @@ def render(job: Job, folder: Path, say: Callable[[float, str], object]) -> dict:
     layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
     with render_visibility(layer):
         snapshot = take_snapshot(layer.depsgraph, visibility="RENDER")
-    natives = [Native(groups, snapshot) for groups in job.groups]  # assets are read before materials change
     settings(scene, job)
     said = {"replaced": [], "times": [], "volume": False, "set_up": 0.0, "groups": []}
-    if job.settings:
-        say(0.0, "EEVEE bakes a volume probe")
-        said |= _peers(scene, job, snapshot, folder, lambda k: say(k / count, f"EEVEE draws picture {k + 1} of {count}"))
-    elif not job.shown:
+    if not job.shown:
         draw(scene, 1)  # what is compiled once for all is nobody's
-    for number, native in enumerate(natives):
-        at = len(job.settings) + number
-        say(at / count, f"EEVEE draws picture {at + 1} of {count}: {native.method}")
-        said["groups"].append(_group(scene, job, native, folder / f"group{number}.exr"))
+    for number, groups in enumerate(job.groups):
+        say(number / count, f"EEVEE draws picture {number + 1} of {count}: {groups.method}")
+        said["groups"].append(_group(scene, job, Native(groups, snapshot), folder / f"group{number}.exr"))
+    if job.settings:  # last: the reflectors' materials change
+        done = len(job.groups)
+        said |= _peers(scene, job, snapshot, folder, lambda k: say((done + k) / count, f"EEVEE draws picture {done + k + 1} of {count}"))
     return said
 
 
@@ -86,25 +87,36 @@ def _peers(scene, job: Job, snapshot, folder: Path, say: Callable[[int], object]
 
 
 def _group(scene, job: Job, native: Native, path: Path) -> dict:
-    told = {"method": native.method, "error": native.error, "notes": list(native.notes)}
+    """Judged alone, without samples between pixels' centres; then shown or timed as an artist sees it, in the artist's materials."""
+    told = {"method": native.method, "error": native.error, "notes": [], "plain": None, "traced": None}
     if native.error:
         return told
-    native.put(scene, job.diagonal, straight=not job.shown)
-    if native.error:  # what cannot be a group is known when it is emitted
-        return {**told, "error": native.error}
     scene.eevee.use_raytracing = False
-    if job.shown:
-        draw(scene, job.samples, path)
-    else:
-        told["plain"] = vars(timed(scene, job.samples, path))
-        scene.eevee.use_raytracing = True
-        told["traced"] = dict(zip(("seconds", "busy"), draw(scene, job.samples), strict=True))  # the material is the same: nothing new is compiled
-    told |= {"notes": list(native.notes), **native.counts()}
-    native.take_away()
-    return told
+    if not job.shown:
+        native.put(scene, job.diagonal)
+        if native.error:  # what cannot be a group is known when it is emitted
+            return {**told, "error": native.error}
+        draw(scene, 1, path)
+        told |= native.counts()
+        native.take_away()
+    with object_properties():
+        try:
+            done = use_in_materials(scene, native.snapshot, native.assets, native.method)
+        except ReflectError as error:
+            if job.shown:
+                return {**told, "error": f"{error.message} {error.remedy}"}
+            return {**told, "notes": [*native.notes, f"Not timed in the scene's materials: {error.message} {error.remedy}"]}
+        if job.shown:
+            draw(scene, job.samples, path)
+        else:
+            told["plain"] = vars(timed(scene, job.samples))
+            scene.eevee.use_raytracing = True
+            told["traced"] = dict(zip(("seconds", "busy"), draw(scene, job.samples), strict=True))  # the same materials: nothing new is compiled
+        remove_from_materials(scene.objects)
+    return {**told, "notes": [*native.notes, *done.sentences]}
 
 
-def timed(scene: bpy.types.Scene, samples: int, path: Path) -> Timed:
+def timed(scene: bpy.types.Scene, samples: int, path: Path | None = None) -> Timed:
     first, again = draw(scene, 1)[1], draw(scene, 1)[1]
     seconds, busy = draw(scene, samples, path)
     return Timed(max(first - again, 0.0), seconds, busy, max(busy - again, 0.0) / max(samples - 1, 1))

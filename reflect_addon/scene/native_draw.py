@@ -1,7 +1,7 @@
-"""A method's node groups in the slots of its reflectors, for one of EEVEE's pictures; on a copy of the file that nobody saves.
+"""A method's node groups in the slots of its reflectors, to be judged in EEVEE ray by ray; on a copy of the file that nobody saves.
 
-What is judged is what a group answers along the pixel's mirror ray, not the pixel's colour. So each material carries outputs of its own
-beside the picture (shader AOVs): the radiance, the way to the point that is shown, and (coverage, 1). EEVEE keeps them as half floats, so a
+What artists see is native_materials.py's. What is judged is what a group answers along the pixel's mirror ray, not the pixel's colour. So for one picture each slot gets a material that is
+the group alone, as of a smooth surface, with outputs beside the picture (shader AOVs): the radiance, the way to the point that is shown, and (coverage, 1). EEVEE keeps them as half floats, so a
 way is right to a two-thousandth; it is told in diagonals of the scene, which keeps it from the ends of their range.
 """
 
@@ -14,7 +14,7 @@ from ..core.asset import asset_of
 from ..core.errors import ReflectError
 from ..core.kernel import KernelError
 from ..core.mirror_planes import is_mirror
-from ..core.snapshot import Instance, Material, SceneSnapshot
+from ..core.snapshot import Instance, SceneSnapshot
 from .bake import load_assets
 from .eevee_job import Groups
 from .native_counts import groups_of, image_bytes, images_of, look_ups_of, nodes_of
@@ -37,13 +37,13 @@ class Native:
         if not self.assets:
             self.error = f"{groups.folder} holds no asset of {self.method}."
 
-    def put(self, scene: bpy.types.Scene, diagonal: float, straight: bool) -> None:
-        """Puts a material with the asset's group into every slot that mirrors. straight: as if all were smooth, as judged rays are."""
+    def put(self, scene: bpy.types.Scene, diagonal: float) -> None:
+        """Puts a material with the asset's group into every slot that mirrors."""
         layer = next(layer for layer in scene.view_layers if layer.use)
         for name in (RADIANCE, WAY, FLAGS):
             if name not in layer.aovs:
                 layer.aovs.add().name = name
-        made: dict[tuple, bpy.types.Material] = {}
+        made: dict[int, bpy.types.Material] = {}
         try:
             for instance in self.snapshot.reflectors():
                 asset = asset_of(self.assets, instance)
@@ -52,13 +52,11 @@ class Native:
                     continue
                 if id(asset) not in self._trees:
                     self._trees[id(asset)] = with_position(reflection_group(asset, f"Reflect {self.method} {instance.object_name}"))
-                for slot, index in _slots(self.snapshot, instance):
-                    key = (id(asset), index)
-                    if key not in made:
-                        made[key] = _material(self._trees[id(asset)], self.snapshot.materials[index], diagonal, straight)
+                    made[id(asset)] = _material(self._trees[id(asset)], diagonal)
+                for slot in _slots(self.snapshot, instance):
                     self._before.append((slot, slot.link, slot.material))
                     slot.link = "OBJECT"
-                    slot.material = made[key]
+                    slot.material = made[id(asset)]
         except (ReflectError, KernelError) as error:
             self.error = f"{self.method} has no node group: {error}"
             self.take_away()
@@ -97,27 +95,22 @@ def why_none(method: str) -> str | None:
     return f"{method} draws the scene itself and has no node group: what a material is asked it cannot answer."
 
 
-def _slots(snapshot: SceneSnapshot, instance: Instance) -> list[tuple[bpy.types.MaterialSlot, int]]:
-    """The object's slots that mirror, each with its material's index in the snapshot."""
+def _slots(snapshot: SceneSnapshot, instance: Instance) -> list[bpy.types.MaterialSlot]:
+    """The object's slots that mirror."""
     obj = bpy.data.objects[instance.object_name]
     if not obj.material_slots:  # marked by hand, without a material
         obj.data.materials.append(None)
     shown = zip(obj.material_slots, instance.materials, strict=False)
-    return [(slot, index) for slot, index in shown if is_mirror(snapshot.materials[index], instance)]
+    return [slot for slot, index in shown if is_mirror(snapshot.materials[index], instance)]
 
 
-def _material(group: bpy.types.NodeTree, look: Material, diagonal: float, straight: bool) -> bpy.types.Material:
-    material = bpy.data.materials.new(f"{look.name} {group.name}")
+def _material(group: bpy.types.NodeTree, diagonal: float) -> bpy.types.Material:
+    material = bpy.data.materials.new(group.name)
     tree = material.node_tree
     tree.nodes.clear()
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group
-    values = {
-        "Roughness": 0.0 if straight else look.roughness, "Base Color": (*look.base_color, 1.0), "Metallic": look.metallic,
-        "Specular Tint": (*look.specular_tint, 1.0), "IOR": look.ior, "Weight": look.specular_weight,
-    }  # fmt: skip
-    for name, value in values.items():
-        node.inputs[name].default_value = value
+    node.inputs["Roughness"].default_value = 0.0
     tree.links.new(node.outputs["Surface"], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     place = tree.nodes.new("ShaderNodeNewGeometry").outputs["Position"]
     way = _math(tree, "SUBTRACT", node.outputs["Position"], place)

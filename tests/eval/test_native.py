@@ -136,7 +136,6 @@ def test_a_mirror_shows_what_its_kernel_answers(fresh_file, tmp_path, monkeypatc
     bpy.ops.mesh.primitive_plane_add(size=4.0)
     plane = bpy.context.object
     plane.data.materials.append(parts.mirror())
-    scene.render.filter_size = 0.0  # through the pixel's centre
     parts.camera((0, -3, 2), (0, 0, 0), lens=30)
     ball = trimesh.creation.icosphere(2, 0.5)
     around = mesh_scenes.snapshot(ball, Room=trimesh.creation.box((6, 5, 3)))
@@ -146,14 +145,16 @@ def test_a_mirror_shows_what_its_kernel_answers(fresh_file, tmp_path, monkeypatc
     with open_frame(scene, None) as snapshot:
         ray_map = numpy_ray_map(snapshot, camera_of(scene, None, 16, 12))
         expected = NumpyBackend(snapshot, {"": asset}, None, None, ray_map).answer()
-    groups = (Groups("box_proxy", ""), Groups("recursive", ""))
-    job = Job(scene.name, "Camera", 1, (16, 12), 1, 512, (), (), (), (), (), groups, snapshot.diagonal(), shown=True)
+    job = Job(scene.name, "Camera", 1, (16, 12), 1, 512, (), (), (), (), (), (), snapshot.diagonal())
     material = plane.material_slots[0].material
-    said = eevee_draw.render(job, tmp_path, lambda share, text: None)
-    first, second = said["groups"]
-    assert first["error"] is None and first["nodes"] > 10 and first["look_ups"] > 0 and first["groups"] == 1
-    assert "no node group" in second["error"]
-    answer, missing = native.answer_in(read_exr(tmp_path / "group0.exr"), ray_map, snapshot.diagonal())
+    eevee_draw.settings(scene, job)
+    group = native_draw.Native(Groups("box_proxy", ""), snapshot)
+    group.put(scene, job.diagonal)
+    eevee_draw.draw(scene, 1, tmp_path / "group.exr")
+    counts = group.counts()
+    group.take_away()
+    assert group.error is None and counts["nodes"] > 10 and counts["look_ups"] > 0 and counts["groups"] == 1
+    answer, missing = native.answer_in(read_exr(tmp_path / "group.exr"), ray_map, snapshot.diagonal())
     assert len(answer.radiance) > 50 and missing == 0
     off = np.abs(answer.radiance - expected.radiance).max(-1)
     assert np.percentile(off, 95) < NATIVE_RADIANCE, off
