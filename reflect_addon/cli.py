@@ -78,6 +78,7 @@ def parser() -> argparse.ArgumentParser:
     render.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
     render.add_argument("--background", action="store_true", help="from the method's assets too, not from Cycles (light_field)")
     render.add_argument("--focus", type=_metres, default=0.0, metavar="M", help="sharp this far from the cell's middle (light_field)")
+    render.add_argument("--backend", choices=("gpu", "eevee"), default="gpu", help="eevee: as node groups in EEVEE's own frame")
     _view(render, default_samples=16)
     _settings(render, samples=False)
 
@@ -107,7 +108,7 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("--out", type=Path, required=True, metavar="DIR")
 
     bench = verbs.add_parser("bench", help="the papers' targets and the numerical stability, measured")
-    bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "stability", "all"))
+    bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "eevee", "stability", "all"))
     bench.add_argument("--out", type=Path, required=True, metavar="DIR")
 
     # Without help text: for evaluate alone, which calls it on a copy of the file.
@@ -133,7 +134,7 @@ def _view(verb, default_samples: int) -> None:
     verb.add_argument("--size", type=_size, required=True, metavar="WxH")
     verb.add_argument("--camera", metavar="NAME", help="default: the scene's")
     verb.add_argument("--frame", type=_frame, metavar="N", help="default: the file's current frame")
-    verb.add_argument("--samples", type=_positive, default=default_samples, metavar="N", help="Cycles' paths per pixel")
+    verb.add_argument("--samples", type=_positive, default=default_samples, metavar="N", help="paths per pixel, of Cycles (of EEVEE: render --backend eevee)")
 
 
 def _settings(verb, samples: bool = True) -> None:

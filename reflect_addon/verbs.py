@@ -54,7 +54,7 @@ def render(arguments) -> None:
     render_picture(
         _scene(arguments), arguments.method, arguments.size, arguments.out, camera=arguments.camera,
         frame=arguments.frame, samples=arguments.samples, assets=arguments.assets, settings=settings,
-        background=arguments.background, focus=arguments.focus, progress=_progress(arguments),
+        background=arguments.background, focus=arguments.focus, backend=arguments.backend, progress=_progress(arguments),
     )  # fmt: skip
     _print(arguments, arguments.out)
 
@@ -83,11 +83,6 @@ def native(arguments) -> None:
 def evaluate(arguments) -> None:
     from .evaluation.evaluate import evaluate as run
 
-    if arguments.backend == "eevee":
-        raise ReflectError(
-            "Methods cannot be evaluated as EEVEE nodes yet.",
-            "Use --backend gpu or --backend numpy. EEVEE's own picture is asked for with --methods all,eevee.",
-        )
     wanted = _methods(arguments.methods, peers=(EEVEE,))
     settings = _given(arguments, wanted)
     check_folder(arguments.out)
@@ -124,13 +119,14 @@ def shader(arguments) -> None:
 
 
 def draw_eevee(arguments) -> None:
-    """EEVEE's pictures of a job of evaluation/peer.py; the file is a copy that is changed and never saved."""
+    """EEVEE's pictures of a job (scene/eevee_job.py); the file is a copy that is changed and never saved."""
     from .gpu.device import describe
-    from .scene import peer_render
+    from .scene import eevee_draw
+    from .scene.eevee_job import Job
 
     open_blend(arguments.file)
-    job = peer_render.Job.from_plain(json.loads(arguments.job.read_text()))
-    said = peer_render.render(job, arguments.out, _json_progress(arguments))
+    job = Job.from_plain(json.loads(arguments.job.read_text()))
+    said = eevee_draw.render(job, arguments.out, _json_progress(arguments))
     found = describe()
     said["device"] = f"{found['renderer']} ({found['device']})"
     write_whole(arguments.out / "said.json", json.dumps(said).encode())

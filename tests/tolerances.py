@@ -82,10 +82,14 @@ BOX_HIT_SHARE = 0.1
 # Issue 2, "flat pictures around a mirror": hit_p95, and rmse as a share of environment's; the issue's own numbers.
 BILLBOARDS_HIT_P95 = 0.005
 BILLBOARDS_RMSE = 0.25
-# scene/peer_render.py under a white world: EEVEE's screen tracing stores radiance as packed small floats (1.5 % at worst) ...
+# scene/eevee_draw.py under a white world: EEVEE's screen tracing stores radiance as packed small floats (1.5 % at worst) ...
 PEER_FURNACE = 0.03
 # ... and its pixels are the ray map's, but for rays that pass close to another ball, which it takes for hits (1.7 %).
 PEER_PIXELS = 0.03
+# A node group's outputs in EEVEE are half floats (2^-11 of the value at worst); the kernel's own rounding and the pixel's point, which EEVEE
+# interpolates and the ray map draws, are far below. Of a distance, and of a radiance near 1 in a map of 32 texels, whose slopes are steep.
+NATIVE_HALF = 2e-3
+NATIVE_RADIANCE = 0.02
 # popescu-2006 5.2, relative z error of the bunny by points per row: the paper's own figures, held over the depth range.
 SRDM_BUNNY = {8: 0.0143, 10: 0.009, 12: 0.007, 14: 0.005, 16: 0.004}
 # Depth maps in float32 against float64: rays within rounding of another row, turn or the object's outline. A map has 64 to

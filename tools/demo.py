@@ -43,7 +43,7 @@ def main(argv=None):
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE.blend", help="instead of the samples")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "demo")
     parser.add_argument(
-        "--no-eevee", action="store_true", help="without EEVEE's own picture beside the methods (some 25 s a file on two cores)"
+        "--no-eevee", action="store_true", help="without EEVEE's own picture beside the methods (some minutes a file on two cores)"
     )
     arguments = parser.parse_args(argv)
     files = arguments.files or [ROOT / "sample_blends" / f"{name}.blend" for name in SAMPLES]

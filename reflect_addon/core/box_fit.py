@@ -52,7 +52,7 @@ def fit(points: np.ndarray, weight: np.ndarray, center) -> Box:
         return Box(np.eye(3), np.full(3, -spaces.FAR), np.full(3, spaces.FAR), np.zeros(3), np.zeros(3))
     candidates = [np.eye(3), _axes_from_planes(relative, weight)]
     boxes = [_fit_sides(relative @ axes.T, weight, axes) for axes in candidates]
-    errors = [_error(relative @ b.axes.T, weight, b) for b in boxes]
+    errors = [error(relative @ b.axes.T, weight, b) for b in boxes]
     # World axes unless turning the box pays: a tie must not tilt an axis-aligned room by rounding.
     return boxes[1] if errors[1] < 0.9 * errors[0] else boxes[0]
 
@@ -155,7 +155,7 @@ def _open_to_the_sky(p, weight, low, high):
     side = _side_of(p, low, high)
     low, high = low.copy(), high.copy()
     # A wall's solid angle from the centre, by 20,000 even directions.
-    directions = _even_directions(20000)
+    directions = even_directions(20000)
     whole = np.bincount(_side_of(directions, low, high), minlength=6) * (4 * np.pi / len(directions))
     seen = np.bincount(side, weights=weight, minlength=6)
     for face in range(6):
@@ -182,7 +182,7 @@ def _exit(p: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         return np.where(p > 0, high / p, np.where(p < 0, low / p, np.inf)).min(-1)
 
 
-def _even_directions(n: int) -> np.ndarray:
+def even_directions(n: int) -> np.ndarray:
     """(n, 3) unit directions on a Fibonacci spiral."""
     i = np.arange(n) + 0.5
     z, angle = 1 - 2 * i / n, i * np.pi * (3 - np.sqrt(5))
@@ -190,7 +190,7 @@ def _even_directions(n: int) -> np.ndarray:
     return np.stack([r * np.cos(angle), r * np.sin(angle), z], -1)
 
 
-def _error(p: np.ndarray, weight: np.ndarray, box: Box) -> float:
+def error(p: np.ndarray, weight: np.ndarray, box: Box) -> float:
     """Mean relative distance error of the box as seen from the centre, each point's error capped at 1."""
     off = np.abs(_exit(p, box.low, box.high) - 1)
     return float(np.average(np.minimum(off, 1), weights=weight))

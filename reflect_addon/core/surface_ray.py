@@ -66,7 +66,8 @@ def ray_of_lobe(k, scope, direction, normal, added, random):
 
 
 def record_surface(trace, asset, name: str, rough: bool = False) -> Program:
-    """A method's kernel asked by a surface point: INPUTS -> radiance vec3, distance float (m; FAR: the sky), coverage, cosine.
+    """A method's kernel asked by a surface point: INPUTS -> radiance vec3, distance float (m; FAR: the sky), coverage, cosine,
+    position vec3 (world; of what is shown, which need not lie on the ray).
 
     normal: (0, 0, 0) stands for the smooth normal. rough: rays over the lobe, where the asset has outlines; then RANDOM is an input, too."""
     drawn = rough and lobe_rays.has_outlines(asset)
@@ -81,6 +82,6 @@ def record_surface(trace, asset, name: str, rough: bool = False) -> Program:
             direction, spread = ray_of_lobe(k, scope, direction, k.normalize(direction + incoming), added, random)
         hit = trace(k, scope, Ray(position, direction, k.vec2(0.0, 0.0).x, spread))
         away = k.min(k.length(hit.position - position), spaces.FAR)
-        return {"radiance": hit.radiance, "distance": away, "coverage": hit.coverage, "cosine": cosine}
+        return {"radiance": hit.radiance, "distance": away, "coverage": hit.coverage, "cosine": cosine, "position": hit.position}
 
     return record_function(function, INPUTS | RANDOM if drawn else INPUTS, asset.images, asset.uniforms, asset.options, name)

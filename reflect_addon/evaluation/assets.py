@@ -22,6 +22,7 @@ class Baked:
 
     assets: dict[str, Asset]  # by reflector name, joined with what they require
     surfaces: Asset | None  # the scene's surface radiance, where the method draws it
+    folder: Path | None = None  # where they lie
 
 
 def assets_for(
@@ -42,7 +43,7 @@ def assets_for(
 def baked_in(folder: Path, snapshot: SceneSnapshot, method: str) -> Baked:
     """What lies in a folder."""
     assets = load_assets(snapshot, method, folder)
-    return Baked(assets, load_surfaces(method, folder) if assets else None)
+    return Baked(assets, load_surfaces(method, folder) if assets else None, folder)
 
 
 def _writable(folder: Path) -> bool:

@@ -10,6 +10,7 @@ from ..core.errors import ReflectError
 from ..core.safe_write import write_whole
 from . import (
     bench_depth,
+    bench_eevee,
     bench_estalella_device,
     bench_estalella_flicker,
     bench_estalella_grid,
@@ -57,7 +58,11 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
         bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,
         bench_estalella_kitchen.measure, bench_estalella_reflectors.measure, bench_estalella_stable.measure, bench_estalella_device.measure,
     ),
+    "eevee": (bench_eevee.measure,),
 }  # fmt: skip
+
+
+ALONE = ("eevee",)  # no paper but issue 7, which takes as long as all papers together on a software device: `all` leaves it out
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,7 @@ class Target:
 
 def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> list[Path]:
     """Measures one paper's targets, the numerical stability, or all there is; returns the paths of what it wrote in out."""
-    papers = list(PAPERS) if which == "all" else [which] if which != STABILITY else []
+    papers = [name for name in PAPERS if name not in ALONE] if which == "all" else [which] if which != STABILITY else []
     missing = [name for name in papers if name not in PAPERS]
     if missing:
         raise ReflectError(

@@ -19,9 +19,9 @@ from ..scene.raytrace import trace
 from .assets import baked_in
 from .bench_row import row
 from .bench_yu_scene import SAMPLES
-from .evaluate import judge
 from .exhibit import Exhibit
 from .frame import open_frame
+from .judged import judge
 
 REFLECTORS = ("Kettle", "Jar 1", "Jar 2")
 METHODS = (environment.NAME, layered_distance.NAME, virtual_objects.NAME)

@@ -23,9 +23,9 @@ from .assets import baked_in
 from .bench_estalella_flicker import drawing
 from .bench_row import row
 from .bench_yu_scene import BALL, columns, teapot, with_mirror
-from .evaluate import judge
 from .exhibit import Exhibit
 from .frame import open_frame
+from .judged import judge
 from .maps import difference_map
 from .pictures import placed
 from .stability_scene import grid, torus

@@ -21,7 +21,7 @@ from .assets import baked_in
 from .backends import GpuBackend
 from .bench_nielsen_drawn import drawn
 from .bench_row import row
-from .evaluate import judge
+from .judged import judge
 from .truth import lifted
 
 SIZE, SAMPLES = (256, 192), 8

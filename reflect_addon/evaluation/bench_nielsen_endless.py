@@ -14,9 +14,9 @@ from ..core.processes import temporary_folder
 from . import bench_nielsen_rooms as rooms
 from .bench_nielsen_planar import MAPS, SAMPLES, SIZE, TURNS, bake_for, flip_of, pictures_of
 from .bench_row import row
-from .evaluate import judge
 from .exhibit import Exhibit
 from .frame import open_frame
+from .judged import judge
 
 BOUNCES = 32  # of Cycles: nine tenths to this power is 3 %, of a few pixels
 DEPTH, DEEP = recursive.DEFAULTS["depth"], 12

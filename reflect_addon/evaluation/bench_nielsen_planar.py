@@ -23,9 +23,9 @@ from . import eye
 from .assets import Baked, baked_in
 from .backends import GpuBackend
 from .bench_row import row
-from .evaluate import Judged, judge
 from .exhibit import Exhibit
 from .frame import open_frame
+from .judged import Judged, judge
 from .maps import difference_map
 from .pictures import placed
 

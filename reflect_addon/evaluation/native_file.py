@@ -5,18 +5,17 @@ Idea. The scene is read as a render shows it, as bakes do, so that freshness mea
 run, and the file is saved under another name. The one that was opened stays as it is.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 
 from ..core.asset_places import scene_folder
 from ..core.errors import ReflectError
-from ..scene import properties
 from ..scene.bake import load_assets
 from ..scene.freshness import is_stale
 from ..scene.native_materials import Report, remove_from_materials, use_in_materials
+from ..scene.properties import object_properties
 from .frame import open_frame
 
 IMAGES = "native"  # folder below the written scene's assets, for images that are not packed
@@ -26,7 +25,7 @@ def write_native(
     scene: bpy.types.Scene, method: str, folder: Path, out: Path, *, pack: bool, progress: Callable[[float, str], object]
 ) -> Report:
     """Saves `out` with the method's reflections in the materials of the scene's reflectors. folder: where the assets are."""
-    with _object_properties():
+    with object_properties():
         progress(0.0, "Looking for reflectors")
         with open_frame(scene, None, progress) as snapshot:
             assets = load_assets(snapshot, method, folder)
@@ -40,23 +39,10 @@ def write_native(
 
 def write_without(scene: bpy.types.Scene, out: Path) -> Report:
     """Saves `out` with the artist's own materials in the slots of the scene's objects."""
-    with _object_properties():
+    with object_properties():
         done = remove_from_materials(scene.objects)
         _save(out)
     return done
-
-
-@contextmanager
-def _object_properties() -> Iterator[None]:
-    """The records on objects can be read and written, whether the add-on is on or not."""
-    if hasattr(bpy.types.Object, "reflect_native"):
-        yield
-        return
-    properties.register()
-    try:
-        yield
-    finally:
-        properties.unregister()
 
 
 def _save(out: Path) -> None:

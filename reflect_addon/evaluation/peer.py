@@ -1,17 +1,17 @@
-"""A peer to compare with: EEVEE's own picture of the frame, by screen tracing and sphere probes, against the same truth.
+"""A peer to compare with: EEVEE's own picture of the frame, by screen tracing and light probes, against the same truth.
 
 EEVEE answers pixels, not rays, so a reflector's pixels are compared one by one: its "specular light" there (mirror
-radiance before Fresnel and tint, see scene/peer_render.py) against the truth of the pixel's ray. It tells no hit points
+radiance before Fresnel and tint, see scene/peer_materials.py) against the truth of the pixel's ray. It tells no hit points
 and has no reflection pass that could be timed apart, so those numbers stay empty and a sentence says why.
 
-A picture takes software OpenGL many seconds. It is drawn by another process, on a copy of the file, and kept in a folder
-under a hash of everything that it depends on.
+Which set-up wins differs by scene, so there is a row for each (SETTINGS and what the scene has: a room, planar mirrors). A picture takes
+software OpenGL many seconds. It is drawn by another process, on a copy of the file, and kept in a folder under a hash of everything that it
+depends on.
 """
 
 import hashlib
 import io
 import json
-import time
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,28 +20,31 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from .. import scene as scene_package
 from ..core.camera import Camera
-from ..core.errors import ReflectError
 from ..core.processes import temporary_folder
 from ..core.rays import RayMap
 from ..core.safe_write import write_whole
-from ..core.snapshot import SceneSnapshot, corners_of
-from ..scene import peer_render
-from ..scene.bake_job import save_copy
+from ..core.snapshot import SceneSnapshot
+from ..scene.eevee_job import Job
 from ..scene.exr import read_exr, stacked
-from ..scene.peer_render import Job, Probe
 from ..scene.raytrace import to_rec709
-from ..scene.worker import Worker
-from ..scene.worker_command import reflect_command
+from . import peer_places
 
 NAME = "eevee"
-FORMAT = 1
-# With a probe: what the issue asks for. Without: what screen tracing alone finds, since a probe can also mislead.
-SETTINGS = ({"screen_tracing": True, "sphere_probe": True}, {"screen_tracing": True, "sphere_probe": False})
+FORMAT = 2
+OFF = {"screen_tracing": False, "sphere_probe": False, "box_probe": False, "plane_probe": False}
+SETTINGS = (
+    OFF | {"screen_tracing": True, "sphere_probe": True},
+    OFF | {"screen_tracing": True},
+    OFF | {"sphere_probe": True},
+)  # fmt: skip
+OF_A_ROOM = (OFF | {"screen_tracing": True, "box_probe": True}, OFF | {"box_probe": True})
+OF_PLANES = OFF | {"screen_tracing": True, "plane_probe": True}  # with the sphere probes, or the room's
+TIMES = ("compile", "seconds", "busy", "sample")  # scene/eevee_draw.py's Timed
 SAMPLES = 16
 PROBE_SIDE = 512  # texels of a cube face
-MOST_PROBES = 8  # the reflectors that fill most pixels get one: each costs six views of the scene
-POLL = 0.2  # s between looks at the process
+DRAWS = ("eevee_draw.py", "eevee_job.py", "peer_probes.py", "peer_materials.py", "ray_scene.py")  # how it is drawn
 
 
 @dataclass(frozen=True)
@@ -50,21 +53,23 @@ class Picture:
 
     setting: dict
     radiance: np.ndarray  # (N, 3) float32, linear Rec.709: of the ray map's covered pixels in row order
-    seconds: float  # of the frame, what it compiled and captured included
+    times: dict[str, float]  # scene/eevee_draw.py's Timed
+    set_up: float  # s, of the volume probe's bake
     device: str
-    probes: int
+    probes: dict[str, int]  # how many of each kind are shown
     replaced: tuple[str, ...]  # materials that were replaced by a white mirror
 
     def notes(self) -> list[str]:
         """What the row's numbers are and are not, in sentences."""
-        with_probe = self.setting["sphere_probe"]
-        probes = f"{self.probes} sphere {'probe' if self.probes == 1 else 'probes'}" if with_probe else "no probe"
+        words = {"SPHERE": "sphere probe", "BOX": "room-shaped probe", "PLANE": "plane probe"}
+        shown = " and ".join(f"{n} {words[kind]}{'' if n == 1 else 's'}" for kind, n in self.probes.items() if n) or "no probe"
+        how = "screen tracing at full resolution" if self.setting["screen_tracing"] else "no tracing"
         out = [
-            f"EEVEE's specular light, before Fresnel and tint, by screen tracing at full resolution with {probes}. Shiny "
-            "materials kept their look but lost roughness, anisotropy and normal maps, as the judged rays do; no sun was made of "
+            f"EEVEE's specular light, before Fresnel and tint, by {how} with {shown}, and a baked volume probe for light by way of other surfaces. "
+            "Shiny materials kept their look but lost roughness, anisotropy and normal maps, as the judged rays do; no sun was made of "
             "the world's brightest spot.",
-            "EEVEE tells no hit points and has no reflection pass to time apart: its whole frame, with what it compiled and "
-            f"captured, took {self.seconds:.1f} s, which is comparable to no other number here.",
+            f"EEVEE tells no hit points and has no reflection pass to time apart: its whole frame took {self.times['seconds']:.1f} s "
+            f"({self.times['busy']:.1f} s of CPU), after {self.times['compile']:.1f} s of compiling and {self.set_up:.1f} s for the volume probe.",
         ]
         if self.replaced:
             out.append(
@@ -74,20 +79,18 @@ class Picture:
         return out
 
 
-def job_of(
-    scene: bpy.types.Scene, camera_name: str, camera: Camera, snapshot: SceneSnapshot, ray_map: RayMap
-) -> Job:
+def job_of(scene: bpy.types.Scene, camera_name: str, camera: Camera, snapshot: SceneSnapshot, ray_map: RayMap) -> Job:
     """What EEVEE is asked to draw: where probes go and which materials and objects reflect."""
     reflectors = snapshot.reflectors()
     pixels = np.bincount(ray_map.reflector[ray_map.covered()], minlength=len(reflectors))
-    with_probe = [int(i) for i in np.argsort(-pixels, kind="stable")[:MOST_PROBES] if pixels[i]]
-    corners = corners_of(snapshot.bounds())
-    probes, materials, marked = [], {}, {}
-    for index in with_probe:
-        lowest, highest = snapshot.bounds([reflectors[index]])
-        centre = (lowest + highest) / 2
-        reach = float(np.linalg.norm(corners - centre, axis=-1).max())
-        probes.append(Probe(tuple(map(float, centre)), float(np.linalg.norm(highest - lowest)) / 2, reach))
+    probes, hidden = peer_places.spheres(snapshot, pixels)
+    settings = SETTINGS
+    room = peer_places.room(snapshot, [i.object_name for i in reflectors]) if pixels.any() else None
+    if room is not None:
+        probes, settings = [*probes, room], (*settings, *OF_A_ROOM)
+    if planes := peer_places.planes(snapshot, camera, pixels):
+        probes, settings = [*probes, *planes], (*settings, OF_PLANES | {"sphere_probe": room is None, "box_probe": room is not None})
+    materials, marked = {}, {}
     for instance in reflectors:
         shiny = [snapshot.materials[m].name for m in instance.materials if snapshot.materials[m].is_reflector]
         materials.update(dict.fromkeys(shiny))
@@ -95,14 +98,15 @@ def job_of(
             marked[instance.object_name] = None
     return Job(
         scene.name, camera_name, snapshot.frame, (camera.width, camera.height), SAMPLES, PROBE_SIDE, tuple(materials),
-        tuple(marked), tuple(dict.fromkeys(reflectors[i].object_name for i in with_probe)), tuple(probes), SETTINGS,
+        tuple(marked), tuple(hidden), tuple(probes), settings, diagonal=snapshot.diagonal(),
     )  # fmt: skip
 
 
 def key_of(job: Job, camera: Camera, ray_map: RayMap, geometry_hash: str, look_of_scene: str, blender: str) -> str:
     """Name of the kept pictures: hex digits of a sha256 over all that they depend on."""
     digest = hashlib.sha256(json.dumps([FORMAT, job.plain(), geometry_hash, look_of_scene, blender]).encode())
-    digest.update(Path(peer_render.__file__).read_bytes())  # how it is drawn
+    for name in DRAWS:
+        digest.update(Path(scene_package.__file__).with_name(name).read_bytes())
     for array in (camera.world_from_camera, camera.clip_from_camera, ray_map.covered()):
         digest.update(np.ascontiguousarray(array))
     return digest.hexdigest()[:32]
@@ -135,49 +139,40 @@ def pictures_of(
     if kept is not None and (found := _read(kept, job, int(mask.sum()))) is not None:
         return found
     if not mask.any():
-        said = {"replaced": [], "seconds": [0.0] * len(job.settings), "device": "nothing was drawn"}
-        radiances = [np.zeros((0, 3), np.float32)] * len(job.settings)
-    else:
-        with temporary_folder("reflect-eevee-") as folder:
-            said = draw(job, folder)
-            channels = [read_exr(folder / f"picture{k}.exr") for k in range(len(job.settings))]
-        radiances = [to_rec709(stacked(c, "Glossy Direct", "RGB")[mask]).astype(np.float32) for c in channels]
-    pictures = _pictures(job, said, radiances)
-    if kept is not None and mask.any():
+        return nothing(job)
+    with temporary_folder("reflect-eevee-") as folder:
+        said = draw(job, folder)
+        pictures = pictures_in(job, said, folder, mask)
+    if kept is not None:
         content = io.BytesIO()
         words = np.frombuffer(json.dumps(said).encode(), np.uint8)
-        np.savez(content, said=words, **{f"radiance{k}": r for k, r in enumerate(radiances)})
+        np.savez(content, said=words, **{f"radiance{k}": p.radiance for k, p in enumerate(pictures)})
         write_whole(kept, content.getvalue())
     return pictures
 
 
-def draw_apart(job: Job, folder: Path, say: Callable[[float, str], object]) -> dict:
-    """Saves a copy of the open file and lets another process draw; waits, and ends it when `say` raises."""
-    scratch = folder / "scratch"  # the worker's, which deletes it
-    scratch.mkdir()
-    blend = scratch / f"{Path(bpy.data.filepath).stem or 'unsaved'}.blend"
-    (scratch / "job.json").write_text(json.dumps(job.plain()))
-    arguments = ["--job", str(scratch / "job.json"), "--out", str(folder)]
-    command, environment = reflect_command(blend, "draw-eevee", arguments)
-    save_copy(blend)
-    worker = Worker(command, scratch, environment, "EEVEE")
-    try:
-        while (state := worker.poll()).running:
-            say(state.fraction, state.message)
-            time.sleep(POLL)
-    except BaseException:
-        worker.stop()
-        raise
-    if state.error is not None:
-        raise ReflectError(state.error.message, "Leave eevee out of --methods, or run it where OpenGL works.") from state.error
-    return json.loads((folder / "said.json").read_text())
+def pictures_in(job: Job, said: dict, folder: Path, mask: np.ndarray) -> list[Picture]:
+    """Those that lie in the folder; said: what the process that drew told."""
+    channels = [read_exr(folder / f"picture{k}.exr") for k in range(len(job.settings))]
+    return _pictures(job, said, [to_rec709(stacked(c, "Glossy Direct", "RGB")[mask]).astype(np.float32) for c in channels])
+
+
+def nothing(job: Job) -> list[Picture]:
+    """Pictures of no pixel, which need no drawing."""
+    time = dict.fromkeys(TIMES, 0.0)
+    said = {"replaced": [], "times": [time] * len(job.settings), "device": "nothing was drawn", "set_up": 0.0}
+    return _pictures(job, said, [np.zeros((0, 3), np.float32)] * len(job.settings))
 
 
 def _pictures(job: Job, said: dict, radiances: list[np.ndarray]) -> list[Picture]:
+    counts = {kind: sum(p.kind == kind for p in job.probes) for kind in ("SPHERE", "BOX", "PLANE")}
     return [
-        Picture(setting, radiance, float(seconds), str(said["device"]), len(job.probes), tuple(said["replaced"]))
-        for setting, radiance, seconds in zip(job.settings, radiances, said["seconds"], strict=True)
-    ]
+        Picture(
+            setting, radiance, {name: float(time[name]) for name in TIMES}, float(said["set_up"]), str(said["device"]),
+            {kind: counts[kind] if setting[f"{kind.lower()}_probe"] else 0 for kind in counts}, tuple(said["replaced"]),
+        )
+        for setting, radiance, time in zip(job.settings, radiances, said["times"], strict=True)
+    ]  # fmt: skip
 
 
 def _read(path: Path, job: Job, count: int) -> list[Picture] | None:

@@ -17,7 +17,7 @@ def placed(frame: np.ndarray, mask: np.ndarray, radiance: np.ndarray) -> np.ndar
 
 
 def frame_files(judged, out: Path) -> None:
-    """Writes what all methods of a frame share. judged: evaluate.Judged."""
+    """Writes what all methods of a frame share. judged: judged.Judged."""
     files = _shared(judged)
     write_png(out / files["frame"], judged.look.apply(judged.truth.frame))
     write_png(out / files["truth"], judged.truth_picture)

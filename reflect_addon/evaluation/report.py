@@ -14,7 +14,7 @@ from ..core.safe_write import write_whole
 from . import bench_table, maps
 from .page import CSS, TEMPLATE
 from .plot import Point, scatter
-from .rows import FILE_NAME, Row, read_rows
+from .rows import FILE_NAME, Row, is_software, read_rows, set_up_of
 
 # field, heading, digits, factor, what it is
 COLUMNS = (
@@ -44,8 +44,8 @@ HEAD = "<header><h1>Reflect: how wrong, for what it costs</h1></header>"
 PEER = "eevee"  # evaluation/peer.py
 EEVEE = (
     "EEVEE's own picture of the frame, a peer and no method of ours: screen tracing cannot show what is off screen or hidden, "
-    "and the sphere probes that stand in for it take the scene to lie on a sphere about the reflector. It tells no hit points, "
-    "and its time and memory cannot be told apart from those of the frame."
+    "and the sphere probes that stand in for it take the scene to lie on a sphere about the reflector (or, in a room, on the room's box); plane probes "
+    "draw what planar mirrors show. It tells no hit points, and its time and memory cannot be told apart from those of the frame."
 )
 
 
@@ -94,13 +94,7 @@ def label_of(row: Row) -> str:
     """The method's name, and what tells a peer's rows apart."""
     if row.method != PEER or "sphere_probe" not in row.settings:
         return row.method
-    return f"{row.method}, {'with' if row.settings['sphere_probe'] else 'without'} probes"
-
-
-def is_software(row: Row) -> bool:
-    """Whether the device draws on the CPU."""
-    text = f"{row.device} {row.backend}".lower()
-    return any(word in text for word in ("software", "llvmpipe", "softpipe", "swiftshader", "numpy"))
+    return f"{row.method}, {set_up_of(row.settings)}"
 
 
 def _head(rows: list[Row]) -> str:
@@ -116,7 +110,7 @@ def _head(rows: list[Row]) -> str:
         "Fresnel and tint; only pixels of reflectors count.</p>",
         *(f"<p class='device'>Drawn by {escape(d)}</p>" for d in devices),
     ]
-    if any(is_software(r) for r in rows):
+    if any(is_software(f"{r.device} {r.backend}") for r in rows):
         out.append(
             "<p class='warning'><strong>Software device.</strong> Ratios and counts count, milliseconds do not: this device "
             "draws on the CPU.</p>"

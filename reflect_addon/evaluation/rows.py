@@ -15,6 +15,7 @@ from ..core.safe_write import write_whole
 
 FORMAT = 1
 FILE_NAME = "results.json"
+SET_UP = {"screen_tracing": "tracing", "sphere_probe": "spheres", "box_probe": "box", "plane_probe": "planes"}  # settings of a peer's row
 _LARGEST = 64 << 20  # bytes: a results.json of thousands of rows has a few; more is not one
 
 Number = float | int | None
@@ -61,6 +62,16 @@ class Row:
 
 _OPTIONAL = {"median_relative", "pictures", "notes"}
 _KINDS = {str: "a text", int: "a whole number", dict: "an object", tuple: "a list"}
+
+
+def set_up_of(settings: dict) -> str:
+    """What EEVEE's own picture is made by, in words: "tracing + spheres"."""
+    return " + ".join(words for name, words in SET_UP.items() if settings.get(name)) or "nothing"
+
+
+def is_software(device: str) -> bool:
+    """Whether the device draws on the CPU. device: a row's `device`, with its `backend` where that is told too."""
+    return any(word in device.lower() for word in ("software", "llvmpipe", "softpipe", "swiftshader", "numpy"))
 
 
 def write_rows(rows: list[Row], folder: Path) -> Path:

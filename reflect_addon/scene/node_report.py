@@ -38,12 +38,11 @@ def describe_group(tree: bpy.types.NodeTree) -> GroupReport:
     nested = groups_of(tree)
     counts = _inlined(tree, {})
     images = sorted(images_of(tree), key=lambda image: image.name)
-    size = sum(image.size[0] * image.size[1] * (8 if image.use_half_precision else 16) for image in images)
     own = sum(node.bl_idname != "NodeFrame" for node in tree.nodes)
     enters = [n for group in nested for n in group.nodes if n.bl_idname == "GeometryNodeRepeatInput"]
     return GroupReport(
         own, len(nested) - 1, sum(counts.values()), counts["ShaderNodeTexImage"], counts["GeometryNodeRepeatInput"],
-        tuple(image.name for image in images), size / 1e6, not any(n.inputs["Iterations"].is_linked for n in enters),
+        tuple(image.name for image in images), sum(map(image_bytes, images)) / 1e6, not any(n.inputs["Iterations"].is_linked for n in enters),
     )  # fmt: skip
 
 
@@ -61,6 +60,11 @@ def groups_of(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
 def images_of(tree: bpy.types.NodeTree) -> set[bpy.types.Image]:
     """The images that a group and all that it calls read."""
     return {n.image for group in groups_of(tree) for n in group.nodes if n.bl_idname == "ShaderNodeTexImage" and n.image is not None}
+
+
+def image_bytes(image: bpy.types.Image) -> int:
+    """On the device: four channels of a half or a whole float."""
+    return image.size[0] * image.size[1] * (8 if image.use_half_precision else 16)
 
 
 def _inlined(tree: bpy.types.NodeTree, known: dict[str, Counter]) -> Counter:

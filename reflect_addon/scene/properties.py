@@ -1,5 +1,8 @@
 """What a user sets on objects; everything else is read from the scene."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import bpy
 
 MARKS = (
@@ -41,3 +44,16 @@ def unregister() -> None:
     del bpy.types.Object.reflect_native
     bpy.utils.unregister_class(ReflectNativeSlot)
     del bpy.types.Object.reflect_mark
+
+
+@contextmanager
+def object_properties() -> Iterator[None]:
+    """The records on objects can be read and written, whether the add-on is on or not."""
+    if hasattr(bpy.types.Object, "reflect_native"):
+        yield
+        return
+    register()
+    try:
+        yield
+    finally:
+        unregister()

@@ -19,6 +19,8 @@ from .kernel_nodes import emit_nodes
 from .node_tree import TreeBuilder
 
 REFLECTANCE = "Reflect Reflectance"
+# Outputs of the nested group that traces; nobody asks for the position but who judges it (native_draw.py), and what nobody asks is not compiled.
+ANSWER = ("radiance", "distance", "coverage", "cosine", "position")
 # Of the inputs that reflectance takes: name, type of socket, default (Principled's).
 SURFACE = (
     ("Base Color", "Color", (0.8, 0.8, 0.8, 1.0)),
@@ -34,9 +36,8 @@ def reflection_group(asset: Asset, name: str, rough: bool = True) -> bpy.types.N
 
     rough: the material may be rough: where stand-ins have outlines each sample sends one ray of the lobe. False costs less."""
     program = record_surface(methods.get(asset.kind).trace, asset, asset.kind, rough)
-    answers = ("radiance", "distance", "coverage", "cosine")
     # What has no loop is small enough for both sides of its branches, and then Cycles can run it, too.
-    trace = emit_nodes(program, asset, f"{name} Trace", answers, unrolled=not schedule(program, answers).has_loops)
+    trace = emit_nodes(program, asset, f"{name} Trace", ANSWER, unrolled=not schedule(program, ANSWER).has_loops)
     build = TreeBuilder(name)
     build.socket("Normal", "Vector", is_output=False)
     build.socket("Roughness", "Float", is_output=False)
@@ -55,7 +56,7 @@ def reflection_group(asset: Asset, name: str, rough: bool = True) -> bpy.types.N
         build.plug(noise.inputs["Vector"], seen["Position"])
         ray.append(build.finish(noise).outputs["Color"])
     answer = build.group(trace, *ray)
-    radiance, distance, coverage, cosine = answer
+    radiance, distance, coverage, cosine = answer[: ANSWER.index("position")]
     share = build.group(reflectance_group(), cosine, *(given[label] for label, _, _ in SURFACE))
     covered = build.vector("SCALE", share["Reflectance"], coverage)
     light = build.node("ShaderNodeEmission")

@@ -13,10 +13,11 @@ from tolerances import PEER_FURNACE, PEER_PIXELS
 
 from reflect_addon import cli
 from reflect_addon.core.errors import Cancelled, ReflectError
-from reflect_addon.evaluation import peer
+from reflect_addon.evaluation import eevee_apart, peer, peer_places
 from reflect_addon.evaluation.report import report
 from reflect_addon.evaluation.rows import read_rows
-from reflect_addon.scene import peer_render
+from reflect_addon.scene import peer_materials
+from reflect_addon.scene.eevee_job import Groups, Job, Probe
 from reflect_addon.scene.exr import write_exr
 from sample_blends import scene_parts as parts
 
@@ -51,7 +52,8 @@ class Draws:
         for number in range(len(job.settings)):
             value = np.full((job.size[1], job.size[0], 3), 0.25 * (number + 1), np.float32)
             write_multilayer(folder / f"picture{number}.exr", value)
-        return {"replaced": ["Glass"], "seconds": [1.5] * len(job.settings), "device": DEVICE}
+        time = {"compile": 2.0, "seconds": 1.5, "busy": 2.5, "sample": 0.1}
+        return {"replaced": ["Glass"], "times": [time] * len(job.settings), "volume": True, "set_up": 3.0, "groups": [], "device": DEVICE}
 
 
 def write_multilayer(path, value):
@@ -67,7 +69,7 @@ FILES: dict[str, dict] = {}
 def drawn(monkeypatch):
     """evaluate() with the stand-in; yields it."""
     draws = Draws()
-    monkeypatch.setattr(peer, "draw_apart", draws)
+    monkeypatch.setattr("reflect_addon.evaluation.evaluate.draw_apart", draws)
     monkeypatch.setattr(peer, "read_exr", lambda path: FILES.pop(str(path)))
     return draws
 
@@ -87,13 +89,14 @@ def test_a_row_for_each_setting_with_nothing_made_up(tiny, drawn, tmp_path, capf
     status, _, err = evaluate(capfd, tiny, tmp_path)
     assert status == 0, err
     rows = read_rows(tmp_path)
-    assert [r.settings["sphere_probe"] for r in rows] == [True, False]
-    assert rows[0].rmse > rows[1].rmse > 0, "grey 0.25 is further than 0.5 from a white world"
+    assert [(r.settings["screen_tracing"], r.settings["sphere_probe"]) for r in rows] == [(True, True), (True, False), (False, True)]
+    assert rows[0].rmse > rows[1].rmse > rows[2].rmse > 0, "grey 0.25 is further than 0.5 from a white world"
     for row in rows:
         assert (row.method, row.backend, row.device) == ("eevee", "EEVEE", DEVICE)
         assert row.pixels > 100 and row.floor_rmse is not None and row.flip > 0 and row.ssim < 1 and row.nonfinite == 0
         missing = ("hit_p50", "hit_p95", "angle_p50", "angle_p95", "false_hit", "missed_hit", "ms", "bytes", "bake_s")
         assert all(getattr(row, name) is None for name in missing)
+        assert row.counts["frame_s"] == 1.5 and row.counts["frame_cpu_s"] == 2.5 and row.counts["compile_s"] == 2.0
         assert any("no hit points" in n for n in row.notes) and any("Glass" in n for n in row.notes)
         assert set(row.pictures) == {"frame", "truth", "answer", "difference"}
         assert all((tmp_path / p).is_file() for p in row.pictures.values())
@@ -106,9 +109,9 @@ def test_beside_the_methods_in_table_strip_and_plots(tiny, drawn, tmp_path, capf
     assert status == 0, err
     html = report([tmp_path], tmp_path / "page").read_text()
     assert html.count("<section class='scene'>") == 1, "one frame, although the backends differ"
-    assert "<th>eevee, with probes " in html and "<h3>eevee, without probes " in html
+    assert "<th>eevee, tracing + spheres " in html and "<h3>eevee, tracing " in html and "<h3>eevee, spheres " in html
     assert html.count("Not in this plot") == 2 and "a peer and no method of ours" in html
-    assert html.count("eevee, with probes: difference") == 1
+    assert html.count("eevee, tracing + spheres: difference") == 1
     assert "eevee" not in html.partition("<svg")[2].partition("</svg>")[0]
 
 
@@ -126,12 +129,13 @@ def test_the_key_knows_every_input():
     ray_map = SimpleNamespace(covered=lambda: np.ones((2, 2), bool))
     less = SimpleNamespace(covered=lambda: np.eye(2, dtype=bool))
     moved = SimpleNamespace(world_from_camera=2 * np.eye(4), clip_from_camera=np.eye(4))
-    job = peer_render.Job("S", "C", 1, (2, 2), 4, 256, ("M",), (), (), (peer_render.Probe((0, 0, 0), 1, 2),), peer.SETTINGS)
+    probes = (Probe("SPHERE", (0, 0, 0), 1, 2),)
+    job = Job("S", "C", 1, (2, 2), 4, 256, ("M",), (), (), probes, peer.SETTINGS, (Groups("box_proxy", "folder"),))
     base = (job, camera, ray_map, "hash", "values", "5.2")
     others = (replace(job, samples=5), moved, less, "other", "changed", "5.3")
     keys = [peer.key_of(*base)] + [peer.key_of(*base[:i], other, *base[i + 1 :]) for i, other in enumerate(others)]
     assert len(set(keys)) == 7 and keys[0] == peer.key_of(*base)
-    assert peer_render.Job.from_plain(json.loads(json.dumps(job.plain()))) == job
+    assert Job.from_plain(json.loads(json.dumps(job.plain()))) == job
 
 
 def test_eevees_own_settings_are_part_of_the_key(tiny):
@@ -146,12 +150,12 @@ def test_eevees_own_settings_are_part_of_the_key(tiny):
 
 
 def test_probes_sit_in_the_reflectors_that_fill_most_pixels(tiny, drawn, tmp_path, capfd, monkeypatch):
-    monkeypatch.setattr(peer, "MOST_PROBES", 1)
+    monkeypatch.setattr(peer_places, "MOST_SPHERES", 1)
     assert evaluate(capfd, tiny, tmp_path)[0] == 0
     (job,) = drawn.jobs
     assert job.hidden == ("Mirror ball",) and set(job.materials) == {"Mirror", "Glass"} and job.marked == ()
     (probe,) = job.probes
-    assert np.allclose(probe.centre, 0, atol=1e-3) and probe.reflector >= 1 and probe.scene >= np.hypot(1.5, 1.3)
+    assert np.allclose(probe.centre, 0, atol=1e-3) and probe.influence == probe.reach >= np.hypot(1.5, 1.3)
 
 
 def test_no_reflector_pixel_needs_no_drawing(tiny, drawn, tmp_path, capfd):
@@ -159,7 +163,7 @@ def test_no_reflector_pixel_needs_no_drawing(tiny, drawn, tmp_path, capfd):
     bpy.ops.wm.save_mainfile()
     status, _, err = evaluate(capfd, tiny, tmp_path, "environment,eevee", "--resolution", 16, "--set", "samples=1")
     assert status == 0 and drawn.jobs == [], err
-    assert [(r.pixels, r.rmse, r.flip) for r in read_rows(tmp_path)] == [(0, None, None)] * 3
+    assert [(r.pixels, r.rmse, r.flip) for r in read_rows(tmp_path)] == [(0, None, None)] * 4
     html = report([tmp_path], tmp_path / "page").read_text()
     assert "0 reflector pixels" in html and "no reflector pixel to judge" in html
 
@@ -188,26 +192,20 @@ def test_all_leaves_the_peer_out_and_repeats_are_one():
     assert _methods("all, eevee,box_proxy,eevee", peers=("eevee",)) == (*registry.names(), "eevee")
 
 
-def test_the_backend_of_that_name_is_told_apart(tiny, tmp_path, capfd):
-    arguments = ("--methods", "all", "--size", "8x8", "--backend", "eevee", "--out", tmp_path)
-    status, _, err = run(capfd, "evaluate", tiny, *arguments)
-    assert status == 1 and "EEVEE nodes" in err and "--methods all,eevee" in err
-
-
 def test_a_process_that_fails_or_is_cancelled_leaves_nothing(tiny, tmp_path):
     """The job's camera does not exist, so that the process ends before it draws."""
     folder = tmp_path / "pictures"
     folder.mkdir()
-    job = peer_render.Job("tiny", "Nobody", 1, (8, 8), 1, 256, (), (), (), (), peer.SETTINGS)
+    job = Job("tiny", "Nobody", 1, (8, 8), 1, 256, (), (), (), (), peer.SETTINGS)
     with pytest.raises(ReflectError, match="Nobody") as caught:
-        peer.draw_apart(job, folder, lambda share, text: None)
+        eevee_apart.draw_apart(job, folder, lambda share, text: None)
     assert "Leave eevee out" in caught.value.remedy
 
     def stop(share, text):
         raise Cancelled("The evaluation")
 
     with pytest.raises(Cancelled):
-        peer.draw_apart(job, folder, stop)
+        eevee_apart.draw_apart(job, folder, stop)
     assert list(folder.iterdir()) == []
 
 
@@ -221,7 +219,7 @@ def test_materials_lose_what_turns_the_ray_and_keep_their_look(tiny):
     bump, noise = tree.nodes.new("ShaderNodeBump"), tree.nodes.new("ShaderNodeTexNoise")
     tree.links.new(bump.outputs[0], shader.inputs["Normal"])
     tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
-    assert peer_render.straighten(("Mirror", "Glass"), ()) == ["Glass"]
+    assert peer_materials.straighten(("Mirror", "Glass"), ()) == ["Glass"]
     assert not shader.inputs["Normal"].is_linked and not shader.inputs["Roughness"].is_linked
     assert shader.inputs["Roughness"].default_value == 0 and shader.inputs["Base Color"].default_value[1] == pytest.approx(0.3)
     used = glass.node_tree.get_output_node("EEVEE").inputs["Surface"].links[0].from_node
@@ -232,7 +230,7 @@ def test_what_was_marked_by_hand_becomes_a_mirror_all_over(tiny):
     ball, bare = bpy.data.objects["Mirror ball"], parts.sphere("Bare", 1.0, bpy.data.materials["Mirror"], 12)
     bare.data.materials.clear()
     shared = ball.data.materials[0]
-    assert peer_render.straighten((), ("Mirror ball", "Bare")) == ["all of Mirror ball", "all of Bare"]
+    assert peer_materials.straighten((), ("Mirror ball", "Bare")) == ["all of Mirror ball", "all of Bare"]
     assert ball.material_slots[0].material.name == bare.material_slots[0].material.name == "Reflect mirror"
     assert ball.data.materials[0] == shared, "other objects with this mesh keep it"
 
@@ -248,7 +246,7 @@ def test_eevee_reflects_a_white_world_white_and_changes_nothing(tiny, tmp_path, 
     status, _, err = evaluate(capfd, tiny, tmp_path)
     assert status == 0, err
     assert dump() == live and tiny.read_bytes() == before and dump_saved(tiny) == saved
-    with_probe, without = read_rows(tmp_path)
+    with_probe, without, _ = read_rows(tmp_path)
     assert "Glass" in str(with_probe.notes) and with_probe.device and with_probe.counts["probes"] == 2
     assert without.median_relative < PEER_FURNACE
     files = {p.name.startswith("eevee-"): p for p in (tmp_path / "truth").iterdir()}

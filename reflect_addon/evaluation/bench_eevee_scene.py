@@ -1,0 +1,99 @@
+"""What issue 7 is measured on: the sample scenes and a box room, what is asked of each, and with which bakes.
+
+A bench that a person waits for: pictures are small, and bakes are the demo's, below the methods' defaults. Kitchen has 34 mirrors, so 34 groups
+a method: its methods are those that are cheap to bake. What is left out is not measured and no row speaks of it.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ..core.errors import ReflectError
+from ..core.methods import (
+    billboards,
+    box_proxy,
+    depth_maps,
+    distance_map,
+    environment,
+    layered_distance,
+    light_field,
+    sphere_proxy,
+)
+from .bench_mirrors_scene import look, material, new_file
+from .bench_yu_scene import SAMPLES
+
+SIZE, PATHS = (120, 90), 16  # px; Cycles' paths a ray
+ALL = tuple(m.NAME for m in (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field))
+CHEAP = (box_proxy.NAME, layered_distance.NAME, billboards.NAME)
+BAKE = {"resolution": 128, "samples": 8, "view_texels": 64}
+BAKE_OF_MANY = {"resolution": 64, "samples": 8, "texels": 64}
+ROOM, TILES = (4.0, 3.0, 2.6), 6  # m; tiles across a wall
+
+
+@dataclass(frozen=True)
+class Case:
+    name: str
+    methods: tuple[str, ...]
+    bake: dict = field(default_factory=lambda: BAKE)
+
+
+CASES = (
+    Case("contact", ALL), Case("columns", ALL), Case("teapots", CHEAP), Case("kitchen", CHEAP, BAKE_OF_MANY), Case("box room", (environment.NAME, *CHEAP)),
+)  # fmt: skip
+
+
+def open_case(case: Case, folder: Path) -> bpy.types.Scene:
+    """Opens the case's scene from a copy in the folder: nothing is baked beside the samples."""
+    path = folder / f"{case.name.replace(' ', '_')}.blend"
+    if case.name == "box room":
+        box_room()
+    else:
+        source = SAMPLES / path.name
+        if not source.is_file():
+            raise ReflectError(f"{source} is missing.", "The targets of issue 7 are measured in a checkout of the project.")
+        bpy.ops.wm.open_mainfile(filepath=str(source))
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return bpy.context.scene
+
+
+def box_room() -> bpy.types.Scene:
+    """A mirror ball off the middle of a closed room of glowing tiles, nothing else: what `box_proxy` answers exactly."""
+    scene = new_file()
+    middle, half = np.array((0.0, 0.0, ROOM[2] / 2)), np.array(ROOM) / 2
+    colours = ((0.8, 0.3, 0.2), (0.2, 0.5, 0.8), (0.85, 0.7, 0.25), (0.3, 0.65, 0.35), (0.6, 0.5, 0.4), (0.85, 0.85, 0.8))
+    for number, colour in enumerate(colours):
+        axis, side = divmod(number, 2)
+        normal = np.zeros(3)
+        normal[axis] = 1.0 - 2 * side
+        place = middle - normal * half
+        bpy.ops.mesh.primitive_plane_add(size=1, location=place, rotation=Vector(normal).to_track_quat("Z", "Y").to_euler())
+        bpy.context.object.name = f"Wall {number}"
+        sides = np.abs(np.array(bpy.context.object.rotation_euler.to_matrix()).T @ ROOM)
+        bpy.context.object.scale = (*sides[:2], 1)
+        bpy.context.object.data.materials.append(_tiles(f"Wall {number}", colour))
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.6, location=(0.35, 0.2, 1.0))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.name = "Mirror ball"
+    bpy.context.object.data.materials.append(material("Mirror", metallic=1.0))
+    look(scene, (-0.8, -1.35, 1.5), (0.3, 0.2, 1.05), 26)
+    return scene
+
+
+def _tiles(name: str, colour) -> bpy.types.Material:
+    """Two shades of a colour in a checkerboard over the wall, which send it out: their light needs no bounce."""
+    made = material(name, glow=colour)
+    tree = made.node_tree
+    pattern, place = tree.nodes.new("ShaderNodeTexChecker"), tree.nodes.new("ShaderNodeTexCoord")
+    pattern.inputs["Scale"].default_value = TILES
+    pattern.inputs["Color1"].default_value, pattern.inputs["Color2"].default_value = (*colour, 1), (*(c * 0.4 for c in colour), 1)
+    shift = tree.nodes.new("ShaderNodeVectorMath")  # off the plane on which the pattern is undecided
+    shift.operation, shift.inputs[1].default_value = "ADD", (0.0, 0.0, 0.5 / TILES)
+    tree.links.new(place.outputs["Generated"], shift.inputs[0])
+    tree.links.new(shift.outputs[0], pattern.inputs["Vector"])
+    shader = tree.nodes["Principled BSDF"]
+    tree.links.new(pattern.outputs["Color"], shader.inputs["Emission Color"])
+    shader.inputs["Base Color"].default_value, shader.inputs["Specular IOR Level"].default_value = (0, 0, 0, 1), 0.0
+    return made
