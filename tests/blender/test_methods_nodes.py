@@ -28,7 +28,7 @@ def assets():
     return bake_all(scene_of_everything())
 
 
-# Two nested searches, each unrolled, are more than Cycles' stack of 255 floats holds: depth maps as nodes are another issue's.
+# Nested searches, each unrolled, are more than Cycles' stack of 255 floats holds; in EEVEE, whose loops are loops, they run (below).
 TOO_LARGE = pytest.mark.xfail(run=False, reason="depth maps with second order overflow Cycles' node stack")
 
 
