@@ -16,6 +16,8 @@ import numpy as np
 from .srdm import MAX_SIDE, PARTS, Rows, steps_of, table_of
 
 _PLACE = MAX_SIDE - 1  # the bits of a priority that hold a sample
+# Samples that are looked at together: a dozen arrays of them stay in a processor's cache, those of all rows do not.
+_TOGETHER = 1 << 15
 
 
 def simplify(rows: Rows, m: int, seen: Callable[[np.ndarray, np.ndarray], object] | None = None) -> np.ndarray:
@@ -72,20 +74,36 @@ def _priority(q: np.ndarray, a: np.ndarray, b: np.ndarray, column: np.ndarray) -
         return out
     a, b, column = a[some], b[some], column[some]
     length = (b - a).astype(np.int32)
-    inner = length - 1
-    stop = np.cumsum(inner)
-    start = stop - inner
-    k = np.arange(1, stop[-1] + 1, dtype=np.int32) - np.repeat(start.astype(np.int32), inner)
-    # How far a sample is off the segment, times the segment's length: at most STEPS * MAX_SIDE.
-    rise = q[b] - q[a]
-    off = (q[k + np.repeat(a, inner)] - np.repeat(q[a], inner)) * np.repeat(length, inner)
-    off = np.abs(off - np.repeat(rise, inner) * k)
-    # The sample below the error: the largest sum is the largest error, the first one on a tie.
-    largest = np.maximum.reduceat(off.astype(np.int64) * MAX_SIDE + (_PLACE - k), start)
+    stop = np.cumsum(length - 1, dtype=np.int64)
+    cuts = np.unique([0, *np.searchsorted(stop, np.arange(_TOGETHER, stop[-1], _TOGETHER)), len(a)])
+    parts = [slice(*cut) for cut in zip(cuts[:-1], cuts[1:], strict=True)]
+    largest = np.concatenate([_largest(q, a[part], b[part], length[part]) for part in parts])
     off, k = largest // MAX_SIDE, _PLACE - largest % MAX_SIDE
     error = (off * PARTS + length - 1) // length  # rounded up: only what is met exactly has none
     out[some] = np.where(off > 0, error * MAX_SIDE + (_PLACE - column - k), 0)
     return out
+
+
+def _largest(q: np.ndarray, a: np.ndarray, b: np.ndarray, length: np.ndarray) -> np.ndarray:
+    """(S,) int64: how far each segment's worst sample is off it, times its length, above the bits that hold the sample."""
+    inner = length - 1
+    stop = np.cumsum(inner, dtype=np.int32)
+    start = stop - inner
+    k = np.arange(1, stop[-1] + 1, dtype=np.int32)
+    k -= np.repeat(start, inner)
+    # At most STEPS * MAX_SIDE, in place: another array would be another way through memory.
+    off = q[k + np.repeat(a, inner)]
+    off -= np.repeat(q[a], inner)
+    off *= np.repeat(length, inner)
+    risen = np.repeat(q[b] - q[a], inner)
+    risen *= k
+    off -= risen
+    np.abs(off, out=off)
+    # The sample below the error: the largest sum is the largest error, the first one on a tie.
+    both = off.astype(np.int64)
+    both *= MAX_SIDE
+    both += _PLACE - k
+    return np.maximum.reduceat(both, start)
 
 
 def _table(rows: Rows, first: np.ndarray, last: np.ndarray, splits: np.ndarray, m: int) -> np.ndarray:

@@ -74,6 +74,16 @@ def test_spans_are_the_runs_of_the_scene():
     assert list(zip(fewer.row, fewer.first, strict=True)) == [(0, 1), (0, 4), (2, 0)]
 
 
+@pytest.mark.parametrize("together", [1, 7, 1 << 40])
+def test_how_many_samples_are_looked_at_together_changes_nothing(together, monkeypatch, rng):
+    depth = (np.rint(rng.random((40, 40)) * 8) / 8).astype(np.float32)  # of ties
+    depth[rng.random((40, 40)) < 0.05] = np.nan
+    rows = srdm.with_spans(srdm.rotated_rows(depth, 3), 12)
+    want = srdm_greedy.simplify(rows, 12)
+    monkeypatch.setattr(srdm_greedy, "_TOGETHER", together)
+    assert np.array_equal(srdm_greedy.simplify(rows, 12), want)
+
+
 @pytest.mark.parametrize("simplify", SIMPLIFY)
 def test_tables_mark_where_spans_begin_and_reach_the_texels_edges(simplify):
     n = np.nan

@@ -7,9 +7,13 @@ hidden (clear_center.py: beside what stands in the centre).
 Limits. No parallax and no contact: what is near the reflector appears too deep inside it. Exact for the sky.
 Under a bare sky the map is the whole answer, so there its resolution doubles until a look-up is as good as the eye asks
 (`sky_error`): a noiseless sky takes one path a texel, and 512 texels so cost less than 256 with the default's 16.
+Such a sky shows every reflector the same, so its finer maps are traced once in a run of bakes, whatever methods ask for them (BakeJob.shared).
+Each reflector still traces the first map and the probes: they say that nothing stands in its way, and that it is the same sky.
 Hit points: the position shown is that of the surface which the texel was captured from, so its error is the very
 parallax error that the method makes. A lamp's texel shows the lamp, so there it is the lamp's (core/lamp_hits.py).
 """
+
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +24,7 @@ from ..job import BakeJob
 from ..kernel import Hit, record, run_numpy
 from ..lamp_hits import with_lamps
 from ..metrics import median_relative
-from ..rays import Hits, Rays
+from ..rays import Rays
 
 NAME = "environment"
 LABEL = "Environment Map"
@@ -34,6 +38,17 @@ FINEST = 1024
 PROBES = 2000
 # Two paths along one ray that differ by more than this share of the brightest radiance are noise, not rounding.
 NOISE = 1e-5
+# What a run of bakes knows of its bare sky in BakeJob.shared.
+SKY = "bare sky"
+
+
+@dataclass(frozen=True)
+class _Sky:
+    """The bare sky that one reflector's probes saw, and its maps finer than the first: 100 MB at most."""
+
+    probed: np.ndarray  # (PROBES, 3) float32, radiance
+    # texels along an edge -> (image, uniforms) of cubemap.assemble, the same from wherever the map is captured
+    maps: dict[int, tuple[np.ndarray, dict[str, float]]] = field(default_factory=dict)
 
 
 def bake(job: BakeJob) -> Asset:
@@ -52,12 +67,12 @@ def capture(job: BakeJob, kind: str, hide: tuple[str, ...], center: np.ndarray |
     if asset is None:
         rays = cubemap.bundle(center, n)
         hits = job.trace(rays, hide=hide, samples=int(job.settings["samples"]))
-        asset = _asset(job, kind, center, n, with_lamps(hits, rays, job.scene, job.intersect, hide))
+        hits = with_lamps(hits, rays, job.scene, job.intersect, hide)
+        asset = _asset(job, kind, center, *cubemap.assemble(center, n, hits))
     return asset
 
 
-def _asset(job: BakeJob, kind: str, center: np.ndarray, n: int, hits: Hits) -> Asset:
-    image, uniforms = cubemap.assemble(center, n, hits)
+def _asset(job: BakeJob, kind: str, center: np.ndarray, image: np.ndarray, uniforms: dict[str, float]) -> Asset:
     return Asset(
         kind=kind,
         reflector=job.reflector.name,
@@ -84,10 +99,10 @@ def _bare_sky(job: BakeJob, kind: str, center: np.ndarray, n: int, hide: tuple[s
     first, second = hits.radiance[-2 * PROBES : -PROBES], hits.radiance[-PROBES:]
     if hits.hit.any() or np.abs(first - second).max() > NOISE * np.abs(first).max():
         return None
-    hits = hits.part(slice(0, -2 * PROBES))
+    image, uniforms = cubemap.assemble(center, n, hits.part(slice(0, -2 * PROBES)))
     face = spaces.cube_coordinates(direction)[0]
     while True:
-        asset = _asset(job, kind, center, n, hits)
+        asset = _asset(job, kind, center, image, uniforms)
         shown = run_numpy(record(trace, asset), asset, probes).radiance
         error = max(median_relative(shown[face == f], first[face == f]) or 0.0 for f in range(6))
         if error <= job.settings["sky_error"] or n >= FINEST:
@@ -95,7 +110,21 @@ def _bare_sky(job: BakeJob, kind: str, center: np.ndarray, n: int, hide: tuple[s
         # An interpolation's error falls with the square of the resolution.
         steps = np.ceil(np.log2(error / job.settings["sky_error"]) / 2)
         n = min(n * 2 ** int(max(steps, 1)), FINEST)
+        image, uniforms = _finer(job, first, center, n, hide)
+
+
+def _finer(job: BakeJob, probed: np.ndarray, center: np.ndarray, n: int, hide: tuple[str, ...]) -> tuple[np.ndarray, dict[str, float]]:
+    """The map of n texels along an edge of the sky that was probed: the run's, where it has one of a sky that is the same to the bit."""
+    sky = job.shared.get(SKY)
+    if sky is None or not np.array_equal(sky.probed, probed):
+        sky = job.shared[SKY] = _Sky(probed.copy())  # alone: `probed` is a view of all that was traced
+    if n not in sky.maps:
         hits = job.trace(cubemap.bundle(center, n), hide=hide, samples=1)
+        found = cubemap.assemble(center, n, hits)
+        if hits.hit.any():
+            return found  # something so thin that the first map missed it, and at its distance from here
+        sky.maps[n] = found
+    return sky.maps[n]
 
 
 def _joined(*bundles: Rays) -> Rays:
