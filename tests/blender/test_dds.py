@@ -20,10 +20,10 @@ def test_openimageio_reads_what_we_write(fresh_file, tmp_path, rng, shape):
 
 
 def test_nodes_get_the_texels(fresh_file, rng):
-    from reflect_addon.scene.node_images import image_from
+    from reflect_addon.scene.node_images import images_from
 
     blocks = bc1.encode(rng.random((12, 20, 3), np.float32))
-    image = image_from("light", blocks)
+    image = images_from("group", {"light_bc1": blocks})["light_bc1"].image
     assert tuple(image.size) == (20, 12) and image.use_half_precision
     pixels = np.array(image.pixels[:], np.float32).reshape(12, 20, 4)
     np.testing.assert_allclose(pixels[..., :3], bc1.decode(blocks), rtol=HALF, atol=1e-7)
