@@ -182,8 +182,16 @@ def _warnings(context, state):
         yield f"{_names(state.other_settings)} was baked with other settings than these. Bake again to use these."
     yield from _without_background(context, state)
     yield from mirror_source.warnings(context)
-    space = context.space_data
-    if space.shading.type in {"MATERIAL", "RENDERED"} and not space.overlay.show_overlays:
+    yield from _drawn_by_eevee(context.space_data, context.scene.reflect.native_said)
+
+
+def _drawn_by_eevee(space, in_materials):
+    """What to know of overlays where EEVEE draws the view. in_materials: whether Use in Materials was used."""
+    if space.shading.type not in {"MATERIAL", "RENDERED"}:
+        return
+    if in_materials and space.overlay.show_overlays:
+        yield "Drawn over what the materials show. Method Off or overlays off shows the materials alone."
+    elif not in_materials and not space.overlay.show_overlays:
         yield "Overlays are off: EEVEE then keeps no depth and reflections cannot be drawn. Switch overlays on."
 
 

@@ -379,6 +379,9 @@ def test_panels_draw_in_every_state(ball, monkeypatch):
     assert "Bake Again" in text and "changed since the bake of Ball" in text and "128 B on the GPU" in text
     assert "Overlays are off" in drawn(shading="MATERIAL", overlays=False)
     assert "Overlays are off" not in drawn(shading="SOLID", overlays=False)
+    bpy.context.scene.reflect.native_said = "Box is in 1 material"
+    assert "Overlays are off" not in drawn(shading="MATERIAL", overlays=False), "EEVEE shows the materials"
+    assert "materials alone" in drawn(shading="MATERIAL") and "materials alone" not in drawn(shading="SOLID")
     live_state().bake_error = "The worker crashed."
     assert "The worker crashed." in drawn()
     monkeypatch.setattr(live, "take_snapshot", lambda *_: pytest.fail("a panel read the scene"))
