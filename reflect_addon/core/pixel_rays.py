@@ -19,8 +19,8 @@ import numpy as np
 from .kernel import evaluate, record_function
 from .rays import RayMap
 
-# Most rays of one pixel, odd: in a picture, and while somebody moves about.
-MOST, LIVE = 7, 3
+# Most rays of one pixel, odd: in a picture, and in a window, where coarse pixels would cost several times what fine ones do.
+MOST, LIVE = 7, 1
 # A pixel that is stretched less than so many times sends one ray.
 UNEVEN = 1.5
 # Growth of the longest extent, per metre, that one ray may have however stretched the pixel is: a degree and a half, a texel or two of
