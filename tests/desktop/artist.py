@@ -22,6 +22,7 @@ MODULE = "bl_ext.user_default.reflect"
 RESOLUTION, SAMPLES = 128, 8  # of the bakes: small, since OpenGL and Cycles share a processor here
 VIEWS, VIEW_TEXELS = 4, 64  # of light fields
 RESPONSIVE = 2.0  # s: longest time in which the window may answer nothing during a bake, on software OpenGL
+BUTTONS, STEP = (130, 45), 9  # pixels: from the sidebar's right edge, and down; less than a button's height
 PATIENCE = 300.0  # s for one bake: ten times what it takes on two idle cores
 results: dict = {"steps": [], "seconds": {}}
 
@@ -62,6 +63,39 @@ def picture(name):
 def changed(a, b):
     """Share of pixels that differ by more than 2 %."""
     return float((np.abs(a - b).max(-1) > 5).mean())
+
+
+def encoded(color):
+    """sRGB of a scene-linear colour, 0..255."""
+    color = np.array(color)
+    return 255 * np.where(color < 0.0031308, 12.92 * color, 1.055 * color ** (1 / 2.4) - 0.055)
+
+
+def key(name):
+    """A key press over the 3D viewport."""
+    window, area, *_ = desktop.view3d()
+    subprocess.run(["xdotool", "mousemove", str(area.x + 200), str(window.height // 2), "key", name], check=True)
+    yield 1.0
+
+
+def press(operator):
+    """Looks for an operator's button with the mouse, all over the sidebar, and clicks it."""
+    window, area, *_ = desktop.view3d()
+    sidebar = next(r for r in area.regions if r.type == "UI")
+    for right in BUTTONS:
+        for down in range(STEP, sidebar.height, STEP):
+            x, y = sidebar.x + sidebar.width - right, window.height - sidebar.y - sidebar.height + down
+            subprocess.run(["xdotool", "mousemove", str(x), str(y)], check=True)
+            yield 0.05
+            with bpy.context.temp_override(window=window, area=area, region=sidebar, screen=window.screen):
+                found = bpy.ops.ui.copy_python_command_button.poll() and bpy.ops.ui.copy_python_command_button()
+            if found == {"FINISHED"} and operator in bpy.context.window_manager.clipboard:
+                results.setdefault("pressed", {})[operator] = (x, y)
+                subprocess.run(["xdotool", "click", "1"], check=True)
+                yield 1.0
+                return
+            bpy.context.window_manager.clipboard = ""
+    raise LookupError(f"the mouse found no button of {operator} in the sidebar")
 
 
 def of_method():

@@ -9,7 +9,9 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from artist import arrange, bake, changed, inside, install, part, picture, results, run, scene, set_small, state, watched  # noqa: E402
+from artist import (  # noqa: E402
+    arrange, bake, changed, encoded, inside, install, part, picture, results, run, scene, set_small, state, watched,
+)  # fmt: skip
 
 NEAR = 6  # of 255: the mirror's picture is filtered once and passes half floats
 FIRST, SECOND, BEHIND = (0.75, 0.26, 0.12), (0.1, 0.2, 0.85), (0.05, 0.9, 0.9)  # colours of the thing, then, and of the box
@@ -31,12 +33,6 @@ def add_mirror():
     behind.diffuse_color = (*BEHIND, 1)
     bpy.context.object.data.materials.append(behind)
     inside(bpy.ops.object.select_all, action="DESELECT")
-
-
-def encoded(color):
-    """sRGB, 0..255."""
-    color = np.array(color)
-    return 255 * np.where(color < 0.0031308, 12.92 * color, 1.055 * color ** (1 / 2.4) - 0.055)
 
 
 def share(pixels, color, where):

@@ -1,0 +1,11 @@
+"""Native reflections in a real Blender window, in Material Preview and Rendered; see run_native.py. Needs root and the blender-desktop tool."""
+
+import pytest
+from test_window import session
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_materials_mirror_the_room_and_go_again():
+    found = session("run_native", "contact.blend")
+    assert "08-removed-rendered" in found["steps"]
