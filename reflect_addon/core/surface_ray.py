@@ -80,7 +80,7 @@ def record_surface(trace, asset, name: str, rough: bool = False) -> Program:
         if drawn:
             # The normal of the mirror ray as it is, lifted or not: half way to the viewer.
             direction, spread = ray_of_lobe(k, scope, direction, k.normalize(direction + incoming), added, random)
-        hit = trace(k, scope, Ray(position, direction, k.vec2(0.0, 0.0).x, spread))
+        hit = trace(k, scope, Ray(position, direction, k.name("width", 0.0), spread))
         away = k.min(k.length(hit.position - position), spaces.FAR)
         return {"radiance": hit.radiance, "distance": away, "coverage": hit.coverage, "cosine": cosine, "position": hit.position}
 

@@ -5,10 +5,8 @@ import bpy
 from ..core import methods
 from ..core.errors import ReflectError
 from ..scene import live
-from ..scene.native_materials import use_in_materials
+from ..scene.native_materials import IMAGES, use_in_materials
 from ..scene.places import assets_of
-
-IMAGES = "native"  # folder below the scene's assets, for images that are not packed
 
 
 class REFLECT_OT_use_in_materials(bpy.types.Operator):

@@ -28,6 +28,7 @@ from .node_report import describe_group
 from .reflection_group import REFLECTANCE, reflection_group
 
 SHARED = (REFLECTANCE, IOR)  # groups that are found by their names
+IMAGES = "native"  # folder below a scene's assets, for images that are not packed
 KINDS = ("materials", "node_groups", "images", "actions")  # collections of bpy.data that ours are in, users before what they use
 
 

@@ -3,6 +3,7 @@
 import bpy
 
 from ..scene import live
+from ..scene.native_materials import has_native
 from .panel import Tab, sentence
 
 
@@ -13,7 +14,7 @@ class REFLECT_PT_native(Tab, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return live.is_on(context.scene) or context.scene.reflect.native_said != ""
+        return live.is_on(context.scene) or has_native(context.scene.objects)
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.reflect

@@ -9,6 +9,7 @@ from ..core.settings import of as setting_of
 from ..ops import bake
 from ..scene import live
 from ..scene.camera import viewport_camera
+from ..scene.native_materials import has_native
 from . import mirror_source
 from .map_preview import icon_of
 
@@ -182,11 +183,11 @@ def _warnings(context, state):
         yield f"{_names(state.other_settings)} was baked with other settings than these. Bake again to use these."
     yield from _without_background(context, state)
     yield from mirror_source.warnings(context)
-    yield from _drawn_by_eevee(context.space_data, context.scene.reflect.native_said)
+    yield from _drawn_by_eevee(context.space_data, has_native(context.scene.objects))
 
 
 def _drawn_by_eevee(space, in_materials):
-    """What to know of overlays where EEVEE draws the view. in_materials: whether Use in Materials was used."""
+    """What to know of overlays where EEVEE draws the view. in_materials: whether materials show the reflections by themselves."""
     if space.shading.type not in {"MATERIAL", "RENDERED"}:
         return
     if in_materials and space.overlay.show_overlays:

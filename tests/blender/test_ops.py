@@ -370,6 +370,7 @@ def test_switching_the_add_on_off_ends_the_bake(ball, monkeypatch):
 def test_panels_draw_in_every_state(ball, monkeypatch):
     from reflect_addon.scene import live
     from reflect_addon.scene.places import assets_of
+    from reflect_addon.ui.native import REFLECT_PT_native
 
     text = drawn()
     assert "Ball" in text and "marked by hand" in text and "Not baked yet: Ball" in text
@@ -379,7 +380,7 @@ def test_panels_draw_in_every_state(ball, monkeypatch):
     assert "Bake Again" in text and "changed since the bake of Ball" in text and "128 B on the GPU" in text
     assert "Overlays are off" in drawn(shading="MATERIAL", overlays=False)
     assert "Overlays are off" not in drawn(shading="SOLID", overlays=False)
-    bpy.context.scene.reflect.native_said = "Box is in 1 material"
+    ball.reflect_native.add()
     assert "Overlays are off" not in drawn(shading="MATERIAL", overlays=False), "EEVEE shows the materials"
     assert "materials alone" in drawn(shading="MATERIAL") and "materials alone" not in drawn(shading="SOLID")
     live_state().bake_error = "The worker crashed."
@@ -388,3 +389,6 @@ def test_panels_draw_in_every_state(ball, monkeypatch):
     drawn()
     bpy.context.scene.reflect.method = "OFF"
     assert "Not baked" not in drawn()
+    assert REFLECT_PT_native.poll(bpy.context), "a file that the command line wrote must offer Remove"
+    ball.reflect_native.clear()
+    assert not REFLECT_PT_native.poll(bpy.context)
