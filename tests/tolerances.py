@@ -147,7 +147,6 @@ NEAR_FOUND = 0.93
 FALSE_STARTS = 0.006
 # Radiance in a smooth sky after two or three mirrors: median error (0.0003 and 0.0008 measured).
 THIRD_ORDER_MEDIAN = 0.003
-
 # Light fields. What texels hold that were not traced: any share of it shows.
 FAR_TOO_BRIGHT = 1e6
 # Off 1 in an atlas of ones (4e-6 measured: weights are float32); a texel that was not traced and read would add 1e6 of its weight.
