@@ -4,7 +4,9 @@ A bench that a person waits for: pictures are small, and bakes are the demo's, b
 a method: its methods are those that are cheap to bake. What is left out is not measured and no row speaks of it.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
@@ -22,10 +24,15 @@ from ..core.methods import (
     light_field,
     sphere_proxy,
 )
+from ..scene.eevee_job import Groups, Job
+from . import peer
+from .assets import Baked, assets_for
 from .bench_mirrors_scene import look, material, new_file
 from .bench_yu_scene import SAMPLES
+from .frame import open_frame
+from .judged import Judged, judge
 
-SIZE, PATHS = (120, 90), 16  # px; Cycles' paths a ray
+PATHS = 16  # Cycles' a ray
 ALL = tuple(m.NAME for m in (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field))
 CHEAP = (box_proxy.NAME, layered_distance.NAME, billboards.NAME)
 BAKE = {"resolution": 128, "samples": 8, "view_texels": 64}
@@ -43,6 +50,20 @@ class Case:
 CASES = (
     Case("contact", ALL), Case("columns", ALL), Case("teapots", CHEAP), Case("kitchen", CHEAP, BAKE_OF_MANY), Case("box room", (environment.NAME, *CHEAP)),
 )  # fmt: skip
+
+
+@contextmanager
+def baked_case(case: Case, size: tuple[int, int], folder: Path, say) -> Iterator[tuple[Judged, dict[str, Baked], Job]]:
+    """For the length of a block the case's scene with its truth, its methods' assets, and the job that lets EEVEE draw them as node groups."""
+    scene = open_case(case, folder)
+    with open_frame(scene, None) as snapshot:
+        judged = judge(scene, snapshot, size, folder, None, PATHS, "gpu", lambda share, text: say(0.2 * share, text))
+        baked = {}
+        for number, name in enumerate(case.methods):
+            share, part = 0.2 + 0.8 * number / len(case.methods), 0.8 / len(case.methods)
+            baked[name] = assets_for(scene, snapshot, name, folder, case.bake, lambda s, t, share=share, part=part: say(share + part * s, t))
+        job = peer.job_of(scene, judged.camera_name, judged.camera, snapshot, judged.ray_map)
+        yield judged, baked, replace(job, groups=tuple(Groups(name, str(b.folder)) for name, b in baked.items()))
 
 
 def open_case(case: Case, folder: Path) -> bpy.types.Scene:

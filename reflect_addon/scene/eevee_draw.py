@@ -99,6 +99,8 @@ def _group(scene, job: Job, native: Native, path: Path) -> dict:
         draw(scene, 1, path)
         told |= native.counts()
         native.take_away()
+        if not job.timed:
+            return told | {"notes": native.notes}
     with object_properties():
         try:
             done = use_in_materials(scene, native.snapshot, native.assets, native.method)
@@ -154,6 +156,9 @@ def settings(scene: bpy.types.Scene, job: Job) -> None:
     layer.use_pass_combined = True
     if job.shown:
         return
+    # The normals are those of the snapshot and of Cycles: fine ones (native_normals.py), and of subdivided meshes not the GPU's, which are others.
+    render.use_high_quality_normals = True
+    bpy.context.preferences.system.use_gpu_subdivision = False
     setattr(layer, SPECULAR_LIGHT, True)
     scene.camera.data.dof.use_dof = False
     render.filter_size = 0.0  # all samples through the pixel's centre

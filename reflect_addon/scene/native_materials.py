@@ -20,6 +20,7 @@ from ..core.kernel import KernelError
 from ..core.snapshot import SceneSnapshot
 from .kernel_group import IOR
 from .native_marks import NAME, ORIGINAL, OURS, is_ours
+from .native_normals import keep_fine, put_back
 from .native_plan import Change, may_be_rough, plan
 from .native_shader import draw_with_group
 from .native_slots import put, take_back
@@ -71,12 +72,14 @@ def use_in_materials(
             if (own := copies.get(_key(change))) is not None:
                 undo.callback(put(change.obj, change.index, own))
         undo.pop_all()
+    keep_fine(scene)
     objects = {change.obj.name_full for change in planned.changes if _key(change) in copies}
     return Report(len(copies), len(objects), nodes, (*planned.sentences, *unchanged))
 
 
 def remove_from_materials(objects: Iterable[bpy.types.Object]) -> Report:
     """Gives the objects' slots back what they showed, and deletes what nobody uses then."""
+    objects = tuple(objects)
     changed, sentences = 0, []
     for obj in objects:
         if len(obj.reflect_native):
@@ -84,6 +87,7 @@ def remove_from_materials(objects: Iterable[bpy.types.Object]) -> Report:
         kept = [take_back(obj, position) for position in reversed(range(len(obj.reflect_native)))]
         if not all(kept):
             sentences.append(f"{obj.name} was given another material since; that one stays.")
+    put_back({scene for obj in objects for scene in obj.users_scene})
     return Report(_purge(), changed, 0, tuple(sentences))
 
 

@@ -62,6 +62,20 @@ def test_remove_leaves_no_trace(file):
     assert changed(before, dump()) == []
 
 
+def test_normals_are_fine_while_in_use(file):
+    """EEVEE's ten bits a component turn what a mirror shows; what the artist chose comes back, and what is on stays on."""
+    scene = file.context.scene
+    ball("Ball", principled("Metal", Metallic=1.0))
+    for chosen in (False, True):
+        scene.render.use_high_quality_normals = chosen
+        before = dump()
+        apply()
+        apply()
+        assert scene.render.use_high_quality_normals
+        remove_from_materials(scene.objects)
+        assert scene.render.use_high_quality_normals == chosen and changed(before, dump()) == []
+
+
 def test_twice_is_once(file):
     everything()
     before = blocks(), slots()

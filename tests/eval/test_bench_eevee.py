@@ -4,18 +4,20 @@ import numpy as np
 import pytest
 
 from reflect_addon.core.errors import ReflectError
-from reflect_addon.evaluation import bench, bench_eevee, peer_places
+from reflect_addon.evaluation import bench, bench_eevee, bench_eevee_overlay, peer_places
 from reflect_addon.evaluation import bench_eevee_scene as scenes
 from reflect_addon.evaluation.bench import Target
 from reflect_addon.evaluation.bench_eevee import Found, Line
+from reflect_addon.evaluation.bench_eevee_overlay import Pair
 from reflect_addon.evaluation.frame import open_frame
 
 GREY = np.full((4, 4, 3), 0.5, np.float32)
 TOLD = {"nodes": 1200, "look_ups": 9, "images": 1, "image_bytes": 2e6}
 
 
-def line(name, flip, apart=None, seconds=1.0):
-    return Line(name, flip, apart, seconds, 0.1, 2.0, TOLD if apart is not None else {}, 3.0 if apart is not None else None, GREY)
+def line(name, flip, seconds=1.0):
+    ours = not name.startswith("EEVEE")
+    return Line(name, flip, seconds, 0.1, 2.0, TOLD if ours else {}, 3.0 if ours else None, GREY)
 
 
 def found(ours, theirs, without=(), case=scenes.CASES[0]):
@@ -31,25 +33,40 @@ def test_the_room_is_a_box_with_a_ball():
 
 def test_the_best_of_both_sides_are_compared():
     theirs = [line("EEVEE, tracing", 0.3, seconds=4.0), line("EEVEE, spheres", 0.2, seconds=2.0)]
-    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.05, 0.01), line("environment", 0.3, 0.015)], theirs)])}
+    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.05), line("environment", 0.3)], theirs)])}
     assert rows["I7-flip"]["ours"] == pytest.approx([0.25]) and rows["I7-flip"]["holds"]
     assert rows["I7-time"]["ours"] == pytest.approx([0.5]) and rows["I7-time"]["holds"]
-    assert rows["I7-overlay"]["ours"] == pytest.approx([0.01, 0.015]) and rows["I7-overlay"]["holds"]
     [Target(**row) for row in rows.values()]
 
 
 def test_what_is_missing_or_too_far_holds_not():
     theirs = [line("EEVEE, spheres", 0.2, seconds=2.0)]
-    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.1, 0.03, 3.0)], theirs, ["light_field has no node group."])])}
-    assert not any(row["holds"] for row in rows.values()) and "light_field" in rows["I7-overlay"]["how"]
+    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.1, 3.0)], theirs, ["light_field has no node group."])])}
+    assert not any(row["holds"] for row in rows.values()) and "light_field" in rows["I7-flip"]["how"]
     rows = {r["id"]: r for r in bench_eevee.told([found([], theirs, ["no"])])}
-    assert rows["I7-flip"]["ours"] == [1e9] and not rows["I7-flip"]["holds"] and not rows["I7-overlay"]["holds"]
+    assert rows["I7-flip"]["ours"] == [1e9] and not rows["I7-flip"]["holds"]
 
 
 def test_tables_name_both_and_what_was_left_out():
-    shown = bench_eevee._exhibit(found([line("box_proxy", 0.1, 0.03)], [line("EEVEE, spheres", 0.2)], ["light_field has no node group."]))
+    shown = bench_eevee._exhibit(found([line("box_proxy", 0.1)], [line("EEVEE, spheres", 0.2)], ["light_field has no node group."]))
     assert [row[0] for row in shown.rows] == ["box_proxy", "EEVEE, spheres"] and "light_field" in shown.lead
     assert all(len(row) == len(shown.heads) for row in shown.rows) and len(shown.pictures) == 3
+
+
+def test_groups_and_overlay_are_as_far_apart_as_their_worst_case():
+    def pair(case, method, flip, **more):
+        return Pair(case, method, flip, more.get("missing", 0.0), more.get("notes", ()), GREY, GREY)
+
+    near = [pair("a", "environment", 0.004), pair("b", "environment", 0.002), pair("a", "box_proxy", 0.01, missing=0.25)]
+    row = bench_eevee_overlay.told(near)
+    assert row["ours"] == pytest.approx([0.004, 0.01]) and row["holds"] and "environment 0.0040 in a" in row["how"]
+    far = bench_eevee_overlay.told([*near, pair("b", "light_field", 0.03)])
+    none = bench_eevee_overlay.told([*near, pair("b", "light_field", None, notes=("It failed.",))])
+    assert not far["holds"] and not none["holds"] and "It failed." in none["how"] and not bench_eevee_overlay.told([])["holds"]
+    [Target(**one) for one in (row, far, none)]
+    shown = bench_eevee_overlay.exhibit_of(near)
+    assert shown.heads == ("method", "a", "b") and shown.rows[0] == ("environment", "0.0040", "0.0020") and "25.0 % in a" in shown.lead
+    assert [caption for caption, _ in shown.pictures] == ["a, box_proxy: group", "a, box_proxy: overlay"]
 
 
 def test_all_leaves_it_out(tmp_path, monkeypatch):
