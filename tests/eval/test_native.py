@@ -6,17 +6,20 @@ import mesh_scenes
 import numpy as np
 import pytest
 import trimesh
-from tolerances import NATIVE_HALF, NATIVE_RADIANCE
+from tolerances import NATIVE_HALF, NATIVE_NORMALS, NATIVE_RADIANCE
 
 from reflect_addon import cli
+from reflect_addon.core import cubemap
+from reflect_addon.core.asset import Asset
 from reflect_addon.core.methods import box_proxy, environment
-from reflect_addon.core.rays import RayMap
+from reflect_addon.core.rays import Hits, RayMap
 from reflect_addon.core.spaces import FAR, STATUS_HIT, STATUS_NONE
 from reflect_addon.evaluation import native, peer, peer_places
 from reflect_addon.evaluation.backends import NumpyBackend
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.raymap_numpy import numpy_ray_map
 from reflect_addon.evaluation.rows import read_rows, set_up_of
+from reflect_addon.gpu.device import ensure
 from reflect_addon.scene import eevee_draw, native_draw
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.eevee_job import Groups, Job
@@ -141,6 +144,36 @@ def test_a_mirror_shows_what_its_kernel_answers(fresh_file, tmp_path, monkeypatc
     assert np.percentile(reach, 95) < NATIVE_HALF
     slot = plane.material_slots[0]
     assert slot.link == "DATA" and slot.material == material and not bpy.data.node_groups
+
+
+def test_what_is_judged_has_the_normals_of_the_snapshot(fresh_file, tmp_path, monkeypatch):
+    """A subdivided turned cube under light that is a straight function of the direction: EEVEE's coarse normals, and those that the GPU gives such
+    meshes once it is in use, would show."""
+    ensure()
+    scene = parts.prepare(bpy.context.scene, "tiny")
+    bpy.ops.mesh.primitive_cube_add(size=2.0, rotation=(0.3, 0.5, 0.7))
+    bpy.ops.object.shade_smooth()
+    cube = bpy.context.object
+    cube.data.materials.append(parts.mirror())
+    subdivision = cube.modifiers.new("Subdivision", "SUBSURF")
+    subdivision.levels = subdivision.render_levels = 2
+    parts.camera((0, -3, 1), (0, 0, 0), lens=35)
+    rays = cubemap.bundle(np.zeros(3), 16)
+    light = Hits(np.float32(1.0 + 0.9 * rays.direction), 5 * rays.direction, rays.direction, np.zeros(len(rays), int), np.ones(len(rays), bool))
+    image, uniforms = cubemap.assemble(np.zeros(3), 16, light)
+    asset = Asset("environment", "", {"radiance_tx": image}, uniforms | {"center": (0.0, 0.0, 0.0)})
+    monkeypatch.setattr(native_draw, "load_assets", lambda *_: {"": asset})
+    with open_frame(scene, None) as snapshot:
+        ray_map = numpy_ray_map(snapshot, camera_of(scene, None, 24, 18))
+        expected = NumpyBackend(snapshot, {"": asset}, None, None, ray_map).answer()
+    job = Job(scene.name, "Camera", 1, (24, 18), 1, 512, (), (), (), (), (), (), snapshot.diagonal())
+    eevee_draw.settings(scene, job)
+    group = native_draw.Native(Groups("environment", ""), snapshot)
+    group.put(scene, job.diagonal)
+    eevee_draw.draw(scene, 1, tmp_path / "group.exr")
+    answer, missing = native.answer_in(read_exr(tmp_path / "group.exr"), ray_map, snapshot.diagonal())
+    assert len(answer.radiance) > 100 and missing == 0
+    assert np.percentile(np.abs(answer.radiance - expected.radiance).max(-1), 95) < NATIVE_NORMALS
 
 
 @pytest.mark.slow
