@@ -1,7 +1,7 @@
 """Normals fine enough to mirror by: EEVEE's own are too coarse.
 
-Problem. EEVEE keeps the normals of vertices in ten bits a component: up to a tenth of a degree off. What a mirror shows moves by twice that, a third of a
-texel of a map with 128 texels a face. On the ball of `columns` that alone made node groups and the overlay differ by FLIP 0.017 to 0.023; without it they differ by 0.001.
+Problem. EEVEE keeps the normals of vertices in ten bits a component: up to a tenth of a degree off. What a mirror shows moves by twice that, a quarter of
+a texel of a map with 128 texels a face. On the ball of `columns` that alone made node groups and the overlay differ by FLIP 0.017 to 0.023; without it they differ by 0.001.
 Idea. Blender's own High Quality Normals (a scene's render setting, which viewports follow) keeps sixteen bits. "Use in materials" turns it on and notes
 that in the scene, so that "Remove" turns it off again where it was off.
 Limits. It is the scene's: another scene that shows the same objects keeps its own. An artist who turns it off sees the coarse normals.
