@@ -74,6 +74,11 @@ class _Emitter(ControlFlow):
             for _, node in values:
                 self.scope.values[node] = tuple(next(sockets) for _ in part_kinds(node.type))
 
+    def gate_socket(self) -> bpy.types.NodeSocket:
+        """A last input of the current group, by which its loops are gated (node_control.py)."""
+        self.scope.build.socket("Gate", "Float", is_output=False)
+        return self.scope.build.inputs.outputs["Gate"]
+
     def discard(self) -> None:
         """Removes what was made so far: a kernel that nodes cannot express leaves the file as it was."""
         for group in {self.root.build.tree, self.scope.build.tree, *self.groups.values()}:
@@ -145,15 +150,19 @@ class _Emitter(ControlFlow):
         if found.statements < GROUP_FROM:
             self.block(region)
             return [self.scope.get(node) for node in results]
-        if found.key not in self.groups:
-            outer, self.scope = self.scope, self.open(f"{self.name}: {self.citation_at(region.start)[:48] or region.kind}")
-            self.groups[found.key] = self.scope.build.tree
+        gate = self.gate if found.loops else None
+        key = (found.key, gate is not None)
+        if key not in self.groups:
+            outer = self.scope, self.gate
+            self.scope = self.open(f"{self.name}: {self.citation_at(region.start)[:48] or region.kind}")
+            self.groups[key] = self.scope.build.tree
             self.interface([(n.name or n.op, n) for n in found.reads], is_output=False)
             self.interface([(n.name or n.op, n) for n in found.gives], is_output=True)
+            self.gate = self.gate_socket() if gate is not None else None
             self.block(region)
             self.scope.build.results(*(part for node in found.gives for part in self.scope.get(node)))
-            self.scope = outer
-        given = [part for node in found.reads for part in self.scope.get(node)]
-        sockets = iter(self.scope.build.group(self.groups[found.key], *given))
+            self.scope, self.gate = outer
+        given = [part for node in found.reads for part in self.scope.get(node)] + [gate] * (gate is not None)
+        sockets = iter(self.scope.build.group(self.groups[key], *given))
         own = {node: tuple(next(sockets) for _ in part_kinds(node.type)) for node in found.gives}
         return [own[node] if node in own else self.scope.get(node) for node in results]

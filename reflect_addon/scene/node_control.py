@@ -1,26 +1,29 @@
 """Loops and branches of a kernel as Repeat zones.
 
 Problem. A kernel branches and loops; a shader tree is a list of nodes that are all computed.
-Idea. EEVEE keeps Repeat zones as loops of the shader, and how often one repeats may be a value of the ray. So a loop is a zone; a side of a
-branch is a zone that repeats once or not at all; a loop that stops early wraps its body in such a zone. All that a zone reads goes in as
-one of its items, changed or not: Blender 5.2 writes a zone's nodes in the order of their links, and what only the inside asks for is declared
-inside, where what comes after the zone cannot see it ("undeclared" in the shader's log, and a pink surface).
-Cycles unrolls zones and wants constant counts. `unrolled` groups therefore compute both sides of a branch and keep the right one, and loops
-repeat as often as any ray may need (core/kernel/bounds.py), a flag freezing the states once the ray is done. There an infinite value in the
-side of a branch that is not taken spoils the result.
+Idea. EEVEE keeps Repeat zones as loops of the shader, and how often one repeats may be a value of the ray. So a loop is a zone. Both sides of a
+branch are computed and the right one is kept, but the loops within a side repeat only where it is taken: its condition is a `gate`, by which
+their counts are multiplied. A loop that stops early goes on in blocks of BLOCK steps, and a block begins only while the ray is running; within
+it a ray that has stopped keeps its states. (A side, or a step, in a zone of 0 or 1 turns was tried: software OpenGL runs a loop's body once
+more than it repeats, so one turn cost two and zones in zones four.) All that a zone reads goes in as one of its items, changed or not:
+Blender 5.2 writes a zone's nodes in the order of their links, and what only the inside asks for is declared inside, where what comes after
+the zone cannot see it ("undeclared" in the shader's log, and a pink surface).
+Cycles unrolls zones and wants constant counts. `unrolled` groups therefore repeat as often as any ray may need (core/kernel/bounds.py), a
+flag freezing the states once the ray is done.
+Limits. An infinite value in the side of a branch that is not taken spoils the result.
 """
 
 import numpy as np
 
 from ..core.kernel import KernelError
 from ..core.kernel.bounds import range_of
-from ..core.kernel.graph import SIZES, Node, Region
+from ..core.kernel.graph import Node, Region
 from ..core.kernel.program import Names
 from ..core.kernel.recorder import MOST_STEPS
-from .node_operations import NodeScope, Parts, part_kinds, parts_of
+from .node_operations import NodeScope, Parts, part_kinds
 from .node_tree import Source
 
-ZONE_FROM = 24  # statements without a look-up from which the side of a branch is worth a zone: fewer cost less than its states
+BLOCK = 4  # steps of a loop between two looks at whether the ray still runs
 
 
 class ControlFlow:
@@ -29,11 +32,14 @@ class ControlFlow:
 
     scope: NodeScope
     unrolled: bool
+    gate: Source | None = None  # in the current tree: 1 where loops repeat, 0 where the side of a branch that they are in is not taken
 
     def zone(self, count: Source, states: list[tuple[str, str, Parts]], reads: list[Node], body) -> list[Parts]:
         """A Repeat zone. states: (name, type, what it begins with); reads: the nodes of the kernel that its body reads beside them;
         body(iteration, parts of each state) -> their new parts."""
-        scope = self.scope
+        scope, gate = self.scope, self.gate
+        if gate is not None:
+            count = scope.build.math("MULTIPLY", count, gate)
         held = [] if self.unrolled else [(n.name or n.op, n.type, scope.get(n)) for n in reads]
         items = [*states, *held]
         labels = [(f"{name}{end}", kind) for name, type_, _ in items for kind, end in zip(part_kinds(type_), ("", " w"))]
@@ -45,45 +51,39 @@ class ControlFlow:
 
         inside = split(enter.outputs[1:])
         outer = dict(scope.values), dict(scope.inverted)
+        self.gate = None
         if held:
             scope.values.update(zip(reads, inside[len(states) :]))
             scope.inverted.clear()
         new = [*body(enter.outputs[0], inside[: len(states)]), *inside[len(states) :]]
         scope.values, scope.inverted = outer
+        self.gate = gate
         for socket, source in zip(leave.inputs, [part for parts in new for part in parts]):
             scope.build.plug(socket, source)
         scope.build.finish(leave)
         return split(leave.outputs)[: len(states)]
 
     def branch(self, node: Node) -> None:
-        scope, branch, live = self.scope, node.data, self.plan.live[node]
-        sides = [(side, [side.results[k] for k in live]) for side in (branch.then, branch.other)]
-        heavy = [not self.unrolled and self.is_heavy(*side) for side in sides]
-        if any(heavy):
-            counts = (scope.get(node.args[0])[0], scope.otherwise(node.args[0]))
-            if all(heavy):
-                found = [parts_of((0.0,) * SIZES[branch.items[k].type]) for k in live]
-            else:
-                found = self.computed(*sides[heavy.index(False)])
-            for side, count, is_zone in zip(sides, counts, heavy):
-                if is_zone:
-                    states = [(branch.items[k].name or "picked", branch.items[k].type, parts) for k, parts in zip(live, found)]
-                    found = self.zone(count, states, self.outside(*side), lambda _, __, side=side: self.computed(*side))
-        else:
-            then, other = (self.computed(*side) for side in sides)
-            items = [branch.items[k] for k in live]
-            found = [scope.select(node.args[0], a, b, item.type, item.name) for a, b, item in zip(then, other, items)]
-        for k, parts in zip(live, found):
-            scope.values[branch.items[k]] = parts
+        branch, live = node.data, self.plan.live[node]
+        taken = self.scope.get(node.args[0])[0], self.scope.otherwise(node.args[0])
+        then, other = (self.side(side, [side.results[k] for k in live], where) for side, where in zip((branch.then, branch.other), taken))
+        for k, a, b in zip(live, then, other):
+            item = branch.items[k]
+            self.scope.values[item] = self.scope.select(node.args[0], a, b, item.type, item.name)
+
+    def side(self, region: Region, results: list[Node], taken: Source) -> list[Parts]:
+        """A side of a branch, its loops only where it is taken."""
+        gate = self.gate
+        if not self.unrolled and self.outline(region, results).loops:
+            self.gate = taken if gate is None else self.scope.build.math("MULTIPLY", taken, gate)
+        found = self.computed(region, results)
+        self.gate = gate
+        return found
 
     def outside(self, region: Region, results, without=()) -> list[Node]:
         """What a zone around a region has to hold."""
         found = self.outline(region, results)
         return [node for node in (*found.reads, *found.passes) if node not in without]
-
-    def is_heavy(self, region: Region, results) -> bool:
-        found = self.outline(region, results)
-        return bool(found.looks) or found.statements >= ZONE_FROM
 
     def loop(self, node: Node) -> None:
         loop, live = node.data, self.plan.live[node]
@@ -103,25 +103,39 @@ class ControlFlow:
         return [loop.body.results[k] for k in live] + [loop.body.results[-1]] * loop.has_stop
 
     def kept_loop(self, node: Node, loop, live, states) -> list[Parts]:
-        """EEVEE's: a zone that repeats as often as the ray's own count, and once it has stopped does nothing."""
-        count = float(loop.count) if loop.count is not None else self.scope.build.math("CEIL", self.scope.get(node.args[-1])[0])
-        own = {loop.states[k] for k in live}
-        reads = self.outside(loop.body, self.results(loop, live), own)
-        around = [n for n in reads if n is not loop.index]
+        """EEVEE's: a zone that repeats as often as the ray's own count; one that stops in blocks, which begin while it runs."""
+        build = self.scope.build
+        count = float(loop.count) if loop.count is not None else build.math("CEIL", self.scope.get(node.args[-1])[0])
+        reads = self.outside(loop.body, self.results(loop, live), {loop.index, *(loop.states[k] for k in live)})
         if not loop.has_stop:
-            return self.zone(count, states, around, lambda step, parts: self.body(loop, live, step, parts)[0])
+            return self.zone(count, states, reads, lambda step, parts: self.body(loop, live, step, parts)[0])
+        kinds = [kind for _, kind, _ in states]
+        states = [*states, ("running", "float", (1.0,))]
+        if loop.count is not None and loop.count <= BLOCK:
+            return self.zone(count, states, reads, lambda step, parts: self.step(loop, live, kinds, step, parts))[:-1]
 
-        def step_if_running(step, parts):
-            def one_step(_, inner):
-                new, goes_on = self.body(loop, live, self.scope.get(loop.index)[0], inner[:-1])
-                return [*new, (goes_on,)]
+        def block(number, parts):
+            (running,), (count,) = parts[-2:]
+            begin = build.math("MULTIPLY", number, float(BLOCK))
+            steps = build.math("MULTIPLY", running, build.math("MINIMUM", build.math("SUBTRACT", count, begin), float(BLOCK)))
+            inside = [(name, kind, part) for (name, kind, _), part in zip(states, parts)] + [("begin", "float", (begin,))]
+            new = self.zone(steps, inside, reads, lambda step, inner: [
+                *self.step(loop, live, kinds, build.math("ADD", step, inner[-1][0]), inner[:-1]), inner[-1]])  # fmt: skip
+            return [*new[:-1], (count,)]
 
-            self.scope.values[loop.index] = (step,)
-            inside = [(name, kind, p) for (name, kind, _), p in zip(running, parts)]
-            return self.zone(parts[-1][0], inside, reads, one_step)
+        blocks = -(-loop.count // BLOCK) if loop.count is not None else build.math("CEIL", build.math("MULTIPLY", count, 1.0 / BLOCK))
+        return self.zone(float(blocks) if loop.count is not None else blocks, [*states, ("count", "float", (count,))], reads, block)[:-2]
 
-        running = [*states, ("running", "float", (1.0,))]
-        return self.zone(count, running, around, step_if_running)[:-1]
+    def step(self, loop, live, kinds: list[str], step: Source, parts: list[Parts]) -> list[Parts]:
+        """A step of a loop that stops, as it is where the ray has stopped: new states and whether it runs on."""
+        *before, (running,) = parts
+        build = self.scope.build
+        self.gate = running
+        new, goes_on = self.body(loop, live, step, before)
+        self.gate = None
+        stopped = build.math("SUBTRACT", 1.0, running)
+        new = [self.scope.keep(running, stopped, a, b, kind) for a, b, kind in zip(new, before, kinds)]
+        return [*new, (build.math("MULTIPLY", running, goes_on),)]
 
     def unrolled_loop(self, node: Node, loop, live, states) -> list[Parts]:
         """Cycles': as many steps as any ray needs, frozen once the ray's own are over."""

@@ -18,13 +18,13 @@ class Outline:
     """A region's statements, nested ones included.
 
     reads: the values from outside, in the order in which they are met; passes: those of `results` from outside that no statement reads;
-    gives: those of `results` that the region computes; key: equal for regions that are the same function of what they read; statements: how many; looks: image look-ups among them."""
+    gives: those of `results` that the region computes; key: equal for regions that are the same function of what they read; statements: how many; loops: those among them."""
 
     def __init__(self, plan: Schedule, region: Region, results: tuple[Node, ...], bound: Callable[[Node], object]):
         """bound: of a count that differs per ray, what an emitter makes of it beside its value."""
         self.plan, self.bound = plan, bound
         self.reads: list[Node] = []
-        self.statements = self.looks = 0
+        self.statements = self.loops = 0
         self._numbers: dict[Node, int] = {}
         key = self._region(region)
         outside = set(self.reads)
@@ -55,13 +55,13 @@ class Outline:
         self.statements += 1
         if node.op in ("loop", "branch"):
             return (self._loop if node.op == "loop" else self._branch)(node, self.plan.live[node])
-        self.looks += {"fetch": 1, "sample": 4}.get(node.op, 0)
         read = self._read(*node.args)
         self._define(node)
         return node.op, node.type, repr(node.data), read, node.op == "div" and is_nonzero(node.args[1])
 
     def _loop(self, node: Node, live: tuple[int, ...]) -> tuple:
         loop = node.data
+        self.loops += 1
         count = (loop.count,) if loop.count is not None else (*self._read(node.args[-1]), self.bound(node.args[-1]))
         begin = self._read(*(node.args[k] for k in live))
         self._define(loop.index, *(loop.states[k] for k in live))
