@@ -398,3 +398,9 @@ GROUP_ON_A_BALL = 0.02
 GROUP_EDGES = 0.02
 # Mean of a rough ball's picture of 64 samples: its pixels' noise apart, EEVEE's samples lie all over a pixel and NumPy's at its centre.
 ROUGH_GROUP_MEAN = 0.02
+
+# Rows moved by a kernel against rows moved in float64 and stored: a few roundings of float32, on a ray's way of some metres, in
+# the texels that are read (relative, as in same_answer).
+MOVED_ROWS = 1e-3
+# Share of rays that meet something else, at the edges of quads, contours and maps' rows.
+MOVED_ROWS_EDGES = 0.01
