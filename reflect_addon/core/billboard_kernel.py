@@ -30,12 +30,13 @@ def nearest(k, asset, ray, start, first: int, last: int, before=NOTHING):
 def each_row(k, asset, first: int, last: int, before, meet):
     """The record after meet(asset, row, record) of the rows `first` to before `last`, in their order."""
     for of, low, high in moved_rows.runs(asset, first, last):
-
-        def step(i, distance, row, u, v, *, of=of, low=low):
-            return meet(of, i + float(low), (distance, row, u, v)), None
-
-        before = k.loop(high - low, before, step)
+        before = _alike(k, of, low, high, before, meet)
     return before
+
+
+def _alike(k, asset, first: int, last: int, before, meet):
+    """each_row of rows that move alike."""
+    return k.loop(last - first, before, lambda i, distance, row, u, v: (meet(asset, i + float(first), (distance, row, u, v)), None))
 
 
 def texel(k, asset, ray, distance, row, u, v):

@@ -14,7 +14,8 @@ import bpy
 import numpy as np
 
 from ..core.asset import Asset
-from ..core.moved_rows import AXES, uniform_name, with_movers
+from ..core.moved_rows import with_movers
+from ..core.row_motion import AXES, uniform_name
 from .native_animation import bags
 from .node_tree import TreeBuilder
 

@@ -16,8 +16,9 @@ from node_bench import run_nodes
 
 from reflect_addon.core import methods
 from reflect_addon.core.kernel import record, run_numpy
-from reflect_addon.core.moved_rows import motion_uniforms, with_movers
+from reflect_addon.core.moved_rows import with_movers
 from reflect_addon.core.rays import Answer
+from reflect_addon.core.row_motion import motion_uniforms
 from reflect_addon.scene import properties
 from reflect_addon.scene.kernel_nodes import emit_nodes
 from reflect_addon.scene.native_follow import following, may_move, moving_objects

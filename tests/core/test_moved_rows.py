@@ -14,8 +14,9 @@ from reflect_addon.core.billboard_atlas import ROW, moved_row
 from reflect_addon.core.depth_atlas import moved_map_row
 from reflect_addon.core.kernel import record, record_function, run_numpy
 from reflect_addon.core.kernel.run import evaluate
-from reflect_addon.core.moved_rows import FACES, FOLLOWS, MAP, motion_uniforms, with_movers
+from reflect_addon.core.moved_rows import with_movers
 from reflect_addon.core.rays import Rays
+from reflect_addon.core.row_motion import FACES, FOLLOWS, MAP, motion_uniforms
 from reflect_addon.core.spaces import STATUS_HIT
 
 LIT = ("Torus", "Crate", "Needle")  # mirrors are Half and Block
