@@ -401,3 +401,12 @@ GROUP_ON_A_BALL = 0.02
 GROUP_EDGES = 0.02
 # Mean of a rough ball's picture of 64 samples: its pixels' noise apart, EEVEE's samples lie all over a pixel and NumPy's at its centre.
 ROUGH_GROUP_MEAN = 0.02
+
+# Rows moved by a kernel against rows moved in float64 and stored: a few roundings of float32, on a ray's way of some metres, in
+# the texels that are read (relative, as in same_answer).
+MOVED_ROWS = 1e-3
+# Share of rays that meet something else, at the edges of quads, contours and maps' rows.
+MOVED_ROWS_EDGES = 0.01
+# Share of a ball's pixels whose ray, a little another one in EEVEE than in NumPy, meets something else: pictures of 32 texels in a room of patterns are
+# nothing but edges, where GROUP_EDGES is of a smooth one.
+MOVED_GROUP_EDGES = 0.1

@@ -8,7 +8,7 @@ depths and simplified rows are made anew where they lie. Mirrors have normals, t
 whenever it moves. Nothing here touches a GPU: gpu/follow.py draws the shots.
 Limits. A row is never added: a flat thing that turns a side to the mirror which the bake left out does not show it; nor is
 a depth map's direction chosen anew. Light is not followed. What should be made again and has no surface radiance is named
-in `stale`; a mirror's stand-in then goes along with it as it is.
+in `stale`; its stand-in then goes along with it as it is, a volume's turned to the reflector (moved_rows.py).
 """
 
 from dataclasses import dataclass, replace
@@ -27,6 +27,7 @@ from .depth_fit import DepthView
 from .flat_parts import contains
 from .mirrors import mirror_of
 from .remake import REFLECTOR, is_rigid, motion, part_of, remake_set, same_triangles
+from .row_motion import FACES, FOLLOWS, faced
 from .snapshot import Instance, SceneSnapshot, corners_of
 from .surface_asset import SurfaceMesh
 
@@ -140,11 +141,13 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
                 continue
             shots.append(shot)
     table = rows.copy()
-    carried = [p for p in remade if p.kind in MIRRORS | BAKED and p.instance in stale and np.linalg.det(p.matrix())]
-    carried = [p for p in carried if is_rigid(motion(p, named[p.instance]))]
-    for part in (*changes.moved, *carried):
+    center = asset.uniforms["center"]
+    for part in (*changes.moved, *_carried(asset, named, stale)):
         move = moved_map_row if part.kind in MAPS else moved_row
-        table[part.row] = move(rows[part.row], motion(part, named[part.instance]), asset.uniforms["center"])
+        by = motion(part, named[part.instance])
+        if FOLLOWS[part.kind] == FACES and own.instance in named:
+            by = faced(rows[part.row], by, np.mean(scene.bounds([named[own.instance]]), axis=0), center)
+        table[part.row] = move(rows[part.row], by, center)
     for part in changes.gone:
         hide = hidden_map_row if part.kind in MAPS else hidden_row
         table[part.row] = hide(rows[part.row])
@@ -156,6 +159,12 @@ def follow(state: State, scene: SceneSnapshot, surfaces: dict[str, SurfaceMesh])
         source=source,
     )
     return Step(State(after, frozenset(stale)), table, tuple(shots), len(changes.moved))
+
+
+def _carried(asset: Asset, named: dict[str, Instance], stale: set[str]) -> list[Part]:
+    """What should be made again and cannot: it goes along as it is, where that keeps its shape."""
+    found = [p for p in asset.parts if p.kind in FOLLOWS and p.instance in stale and p.instance in named and np.linalg.det(p.matrix())]
+    return [p for p in found if is_rigid(motion(p, named[p.instance]))]
 
 
 def _surface_on(surface: SurfaceMesh | None, scene: SceneSnapshot, instance: Instance, part: Part) -> SurfaceMesh | None:

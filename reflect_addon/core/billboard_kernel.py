@@ -3,7 +3,7 @@
 Every method whose stand-ins include quads records these. The table and the atlas are billboard_atlas's.
 """
 
-from . import spaces
+from . import moved_rows, spaces
 from .billboard_atlas import ROW
 from .cubemap import blend_levels
 
@@ -24,11 +24,19 @@ def nearest(k, asset, ray, start, first: int, last: int, before=NOTHING):
     """
     if first == last:
         return before
-    return k.loop(
-        last - first,
-        before,
-        lambda i, distance, row, u, v: (_meet(k, asset, ray, start, i + float(first), (distance, row, u, v)), None),
-    )
+    return each_row(k, asset, first, last, before, lambda of, i, found: _meet(k, of, ray, start, i, found))
+
+
+def each_row(k, asset, first: int, last: int, before, meet):
+    """The record after meet(asset, row, record) of the rows `first` to before `last`, in their order."""
+    for of, low, high in moved_rows.runs(asset, first, last):
+        before = _alike(k, of, low, high, before, meet)
+    return before
+
+
+def _alike(k, asset, first: int, last: int, before, meet):
+    """each_row of rows that move alike."""
+    return k.loop(last - first, before, lambda i, distance, row, u, v: (meet(asset, i + float(first), (distance, row, u, v)), None))
 
 
 def texel(k, asset, ray, distance, row, u, v):
@@ -89,8 +97,8 @@ def _within_contour(k, asset, ray, i, met, before):
 
 
 def fetch(k, asset, field: str, row):
-    """vec4: one column (billboard_atlas.ROW) of the table."""
-    return k.fetch(asset.images["billboard_buf"], float(ROW[field]), row)
+    """vec4: one column (billboard_atlas.ROW) of the table, where what the row stands for is now."""
+    return moved_rows.moved(k, asset, field, row, k.fetch(asset.images["billboard_buf"], float(ROW[field]), row))
 
 
 def level_of(k, ray, distance, detail):

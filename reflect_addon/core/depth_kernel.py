@@ -19,7 +19,7 @@ hit on the poly-line is then moved onto the map itself (depth_refine.py; setting
 import math
 
 from . import srdm
-from .billboard_kernel import fetch
+from .billboard_kernel import each_row, fetch
 from .depth_refine import refined
 from .turns import cosine_and_sine, half_turns
 
@@ -36,14 +36,7 @@ def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
     if first == last:
         return before
     k.cite("popescu-2006 4.3: intersect r with every depth map")
-    return k.loop(
-        last - first,
-        before,
-        lambda i, distance, row, u, v: (
-            _meet(k, asset, ray, start, i + float(first), (distance, row, u, v), search or along_row),
-            None,
-        ),
-    )
+    return each_row(k, asset, first, last, before, lambda of, i, found: _meet(k, of, ray, start, i, found, search or along_row))
 
 
 def _meet(k, asset, ray, start, i, before, search):

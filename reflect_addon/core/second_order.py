@@ -20,7 +20,7 @@ reported is the first hit: the place in the mirror that the eye looks at.
 
 from dataclasses import dataclass
 
-from . import billboard_kernel, spaces
+from . import billboard_kernel, moved_rows, spaces
 from .billboard_kernel import fetch
 from .cubemap import blend_levels
 from .hit_shading import shaded
@@ -51,6 +51,7 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
     stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
     """
     diffuse, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
+    asset = moved_rows.in_motion(k, asset)
     start = k.name("start", ray.origin - asset.uniforms["center"])
     if not diffuse + mirrors:  # a scene without other objects has no loop
         radiance, position, status = backdrop(k, asset, ray, start)
@@ -239,6 +240,7 @@ def _surface(k, asset, ray, met) -> _Surface:
                 k.select(solid, new, old) for new, old in zip((*found, next_u, next_v), before, strict=True)
             )
         nearer = k.max(distance - metres(height, alpha) / facing, 0.0)
+    normal = moved_rows.turned(k, asset, row, normal)
     turn = _turn(k, image, block, level, u, v) * (ray.width + ray.spread * distance) * detail.y
     share = 1.0
     if asset.options["partly"]:

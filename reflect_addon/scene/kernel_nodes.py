@@ -7,6 +7,7 @@ how operations become nodes node_operations.py's.
 """
 
 from bisect import bisect_right
+from collections.abc import Mapping
 
 import bpy
 import numpy as np
@@ -25,14 +26,16 @@ GROUP_FROM = 12  # statements from which a region is a group of its own: smaller
 
 
 def emit_nodes(
-    program: Program, asset, name: str, wanted: tuple[str, ...] = ("radiance", "coverage"), unrolled: bool = False
-) -> bpy.types.NodeTree:
+    program: Program, asset, name: str, wanted: tuple[str, ...] = ("radiance", "coverage"), unrolled: bool = False,
+    driven: Mapping[str, bpy.types.NodeTree] | None = None,
+) -> bpy.types.NodeTree:  # fmt: skip
     """A new shader node group. Inputs: the program's (Origin, Direction, ...); outputs: the wanted ones, a vec3 called
     radiance as Color, other vectors as Vector, bools as 0 or 1, the w of a vec4 in a second socket "NAME w".
 
-    The asset's images become images of the file (node_images.py); its uniforms are labelled nodes. unrolled: for Cycles, too.
+    The asset's images become images of the file (node_images.py); its uniforms are labelled nodes, or what groups say: driven,
+    uniform -> a group with outputs of its name and, of a vec4, "NAME w". unrolled: for Cycles, too.
     """
-    emitter = _Emitter(program, asset, name, wanted, unrolled)
+    emitter = _Emitter(program, asset, name, wanted, unrolled, driven or {})
     try:
         return emitter.emit()
     except BaseException:
@@ -41,8 +44,8 @@ def emit_nodes(
 
 
 class _Emitter(ControlFlow):
-    def __init__(self, program: Program, asset, name: str, wanted, unrolled: bool):
-        self.program, self.asset, self.name, self.unrolled = program, asset, name, unrolled
+    def __init__(self, program: Program, asset, name: str, wanted, unrolled: bool, driven: Mapping[str, bpy.types.NodeTree]):
+        self.program, self.asset, self.name, self.unrolled, self.driven = program, asset, name, unrolled, driven
         self.plan = schedule(program, wanted)
         self.sections = [start for start, _ in program.graph.citations]
         self.scope = self.root = self.open(name)
@@ -99,6 +102,9 @@ class _Emitter(ControlFlow):
         raise KernelError(f"{self.program.name}: {node.describe()} is read before it is computed")
 
     def uniform(self, name: str, value: tuple[float, ...]) -> Parts:
+        if name in self.driven:
+            said = self.scope.build.group(self.driven[name], label=name)
+            return tuple(said[name + end] for _, end in zip(parts_of(value), ("", " w")))
         sockets = []
         for part, constant in enumerate(parts_of(value)):
             build, label = self.scope.build, name if part == 0 else f"{name} w"

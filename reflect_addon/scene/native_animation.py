@@ -23,7 +23,7 @@ def animated_paths(tree: bpy.types.NodeTree, owner: bpy.types.ID | None = None) 
         animation = block.animation_data
         if animation is None:
             continue
-        curves = [curve for _, _, bag in _bags(animation) for curve in bag.fcurves]
+        curves = [curve for _, _, bag in bags(animation) for curve in bag.fcurves]
         found |= {c.data_path.removeprefix(prefix) for c in (*curves, *animation.drivers) if c.data_path.startswith(prefix)}
     return found
 
@@ -37,7 +37,7 @@ def follow(tree: bpy.types.NodeTree, owner: bpy.types.ID | None, twins: Twins) -
         for driver in list(animation.drivers):
             for path in _paths(block, driver, prefix, twins):
                 animation.drivers.from_existing(src_driver=driver).data_path = path
-        for holder, slot, bag in list(_bags(animation)):
+        for holder, slot, bag in list(bags(animation)):
             if any(_paths(block, curve, prefix, twins) for curve in bag.fcurves):
                 bag = _own_bag(holder, slot)
                 for curve in list(bag.fcurves):
@@ -62,7 +62,7 @@ def _size(value) -> int:
     return len(value) if hasattr(value, "__len__") else 1
 
 
-def _bags(animation) -> Iterator[tuple[object, bpy.types.ActionSlot, object]]:
+def bags(animation) -> Iterator[tuple[object, bpy.types.ActionSlot, object]]:
     """(who uses an action, with which slot, that slot's curves): the block itself, and its NLA strips."""
     strips = [strip for track in animation.nla_tracks for strip in track.strips]
     for holder in (animation, *strips):
@@ -72,8 +72,8 @@ def _bags(animation) -> Iterator[tuple[object, bpy.types.ActionSlot, object]]:
 
 
 def _bag(action, slot_handle: int):
-    bags = (bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags)
-    return next((bag for bag in bags if bag.slot_handle == slot_handle), None)
+    found = (bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags)
+    return next((bag for bag in found if bag.slot_handle == slot_handle), None)
 
 
 def _own_bag(holder, slot):

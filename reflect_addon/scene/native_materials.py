@@ -19,6 +19,7 @@ from ..core.errors import ReflectError
 from ..core.kernel import KernelError
 from ..core.snapshot import SceneSnapshot
 from .kernel_group import IOR
+from .native_follow import following
 from .native_marks import NAME, ORIGINAL, OURS, is_ours
 from .native_normals import keep_fine, put_back
 from .native_plan import Change, may_be_rough, plan
@@ -62,7 +63,7 @@ def use_in_materials(
         raise ReflectError("No material was changed.", said)
     with _all_or_nothing(), ExitStack() as undo:
         try:
-            groups = _groups(planned.changes)
+            groups = _groups(scene, planned.changes)
             copies, nodes, unchanged = _copies(planned.changes, groups)
             for group in groups.values():
                 keep_images(group, pack, folder)
@@ -108,11 +109,16 @@ def _key(change: Change) -> tuple[str, int, float]:
     return change.material.name_full, id(change.asset), change.roughest
 
 
-def _groups(changes: tuple[Change, ...]) -> dict[int, bpy.types.NodeTree]:
+def _groups(scene: bpy.types.Scene, changes: tuple[Change, ...]) -> dict[int, bpy.types.NodeTree]:
     """id of an asset -> the group that answers from it."""
     assets = {id(change.asset): change.asset for change in changes}
     rough = {id(change.asset) for change in changes if may_be_rough(change.material)}
-    return {key: reflection_group(asset, f"Reflect {asset.kind} {asset.reflector}".strip(), key in rough) for key, asset in assets.items()}
+    groups = {}
+    for key, asset in assets.items():
+        name = f"Reflect {asset.kind} {asset.reflector}".strip()
+        follower, driven = following(scene, asset, name)
+        groups[key] = reflection_group(follower, name, key in rough, driven)
+    return groups
 
 
 def _copies(changes: tuple[Change, ...], groups: dict[int, bpy.types.NodeTree]):

@@ -8,6 +8,8 @@ brings), Distance (m), Coverage (0..1), Reflectance, Opacity (share of the surfa
 mirror ray, for other reflectances) and Surface (Radiance times Reflectance times Coverage, as light).
 """
 
+from collections.abc import Mapping
+
 import bpy
 
 from ..core import methods, shading
@@ -31,13 +33,16 @@ SURFACE = (
 )
 
 
-def reflection_group(asset: Asset, name: str, rough: bool = True) -> bpy.types.NodeTree:
+def reflection_group(
+    asset: Asset, name: str, rough: bool = True, driven: Mapping[str, bpy.types.NodeTree] | None = None
+) -> bpy.types.NodeTree:
     """A new node group that answers from the asset. Its nested groups are 'NAME Trace' and the shared REFLECTANCE.
 
-    rough: the material may be rough: where stand-ins have outlines each sample sends one ray of the lobe. False costs less."""
+    rough: the material may be rough: where stand-ins have outlines each sample sends one ray of the lobe. False costs less.
+    driven: what says uniforms of the asset from frame to frame (native_follow.py)."""
     program = record_surface(methods.get(asset.kind).trace, asset, asset.kind, rough)
     # What has no loop is small enough for both sides of its branches, and then Cycles can run it, too.
-    trace = emit_nodes(program, asset, f"{name} Trace", ANSWER, unrolled=not schedule(program, ANSWER).has_loops)
+    trace = emit_nodes(program, asset, f"{name} Trace", ANSWER, unrolled=not schedule(program, ANSWER).has_loops, driven=driven)
     build = TreeBuilder(name)
     build.socket("Normal", "Vector", is_output=False)
     build.socket("Roughness", "Float", is_output=False)

@@ -31,10 +31,15 @@ def smooth_world() -> Asset:
     return Asset("environment", "", {"radiance_tx": image}, uniforms | {"center": (0.0, 0.0, 0.0)})
 
 
-def ball_and_camera(bpy, tree, **inputs):
+@pytest.fixture(scope="module")
+def everything_baked():
+    return bake_all(scene_of_everything())
+
+
+def ball_and_camera(bpy, tree, at=(0.0, 0.0, 0.0), **inputs):
     """A coarse smooth ball, so that shading normals are tilted against its triangles and grazing rays are lifted; its material is the group. (scene, a snapshot
     of it as a mirror)."""
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1.0)
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1.0, location=at)
     ball = bpy.context.object
     bpy.ops.object.shade_smooth()
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
@@ -85,6 +90,25 @@ def test_a_ball_shows_what_the_ray_map_asks(engine, fresh_file, tmp_path, smooth
     error = np.abs(found["Radiance"][mask] - wanted.radiance).max(-1)
     assert np.mean(error > tolerances.GROUP_ON_A_BALL) < tolerances.GROUP_EDGES, np.sort(error)[-20:]
     assert np.all(found["Coverage"][mask] == 1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", methods.gathering())
+def test_a_reflector_elsewhere_asks_from_where_it_is(kind, fresh_file, tmp_path, everything_baked):
+    """As the overlay's rays do: of another size and place than the one that the asset was baked for, whatever the method."""
+    from reflect_addon.evaluation.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
+
+    asset = everything_baked[kind]
+    scene, snapshot = ball_and_camera(fresh_file, reflection_group(asset, "Moved", rough=False), (0.1, -0.1, 0.2), Metallic=1.0)
+    found = picture(fresh_file, scene, tmp_path / "ball.exr")
+    rays = numpy_ray_map(snapshot, camera_of(scene, None, SIDE, SIDE))
+    mask = (rays.reflector >= 0) & (found["Coverage"][..., 0] > 0)
+    assert mask.sum() > 300
+    asked = Rays(rays.origin[mask], rays.direction[mask])
+    wanted = run_numpy(record(methods.get(kind).trace, asset), asset, asked).radiance
+    error = np.abs(found["Radiance"][mask] - wanted).max(-1)
+    assert np.median(error) < tolerances.GROUP_ON_A_BALL
+    assert np.mean(error > tolerances.GROUP_ON_A_BALL * (1 + wanted.max(-1))) < tolerances.MOVED_GROUP_EDGES
 
 
 @pytest.mark.slow

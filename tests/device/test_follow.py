@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import tolerances
 from analytic import rotation
-from moving_scenes import FLAT, bake, change, off_from, rays_at, scene_of_two_mirrors, seen, step
+from moving_scenes import FLAT, bake, change, off_from, rays_at, rays_towards, scene_of_two_mirrors, seen, step
 
 from reflect_addon.core import methods
 from reflect_addon.core.look import Look
@@ -109,6 +109,20 @@ def test_without_surfaces_what_moves_is_named(shown, baked, source):
     assert (cost["captures"], cost["uploads"]) == (0, 2) and shown.view.current_renderer().followed.stale == ("Torus",)
     cost = shown(moved, source=baked[1])
     assert cost["captures"] == 2 and shown.view.current_renderer().followed.stale == ()
+
+
+def test_without_surfaces_volumes_go_along(shown):
+    """As they are, turned to the reflector: nearer to a fresh bake than where they were, on this step and on the next, where only the
+    reflector moved."""
+    first = change(SCENE, "Torus", step(0.4, -0.3))
+    for scene in (first, change(first, "Mirror", step(0.0, 0.3)), change(first, "Mirror", step(0.0, 0.3))):
+        shown(scene, source=None)
+        fresh, rays = bake(scene)[0]["Mirror"], rays_towards(scene, "Mirror", "Torus")
+        old = shown.assets["Mirror"]
+        wanted, carried, left = (seen(a, rays).radiance for a in (fresh, shown.view.current_renderer().asset_shown(old), old))
+        off = [float(np.sqrt(np.mean((a - wanted) ** 2))) for a in (carried, left)]
+        assert off[0] < 0.5 * off[1], off
+    assert "Torus" in shown.view.current_renderer().followed.stale
 
 
 def test_assets_without_parts_stay(shown, baked):
