@@ -410,3 +410,8 @@ MOVED_ROWS_EDGES = 0.01
 # Share of a ball's pixels whose ray, a little another one in EEVEE than in NumPy, meets something else: pictures of 32 texels in a room of patterns are
 # nothing but edges, where GROUP_EDGES is of a smooth one.
 MOVED_GROUP_EDGES = 0.1
+# One frame by two builds of Blender with a Mesa each, which need not round alike: mean difference of colours up to 1. Here they do (0 measured).
+NATIVE_OTHER_BLENDER = 2e-3
+# A native material's pixels against the artist's own in EEVEE, both in light of 1: 0.0056 of a pixel was measured with seven kinds of material (dull colours,
+# whose few samples of light differ; mirrors alone 0.0005).
+NATIVE_FURNACE = 0.01

@@ -12,6 +12,7 @@ from . import (
     bench_depth,
     bench_eevee,
     bench_eevee_overlay,
+    bench_eevee_farm,
     bench_estalella_device,
     bench_estalella_flicker,
     bench_estalella_grid,
@@ -60,6 +61,7 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
         bench_estalella_kitchen.measure, bench_estalella_reflectors.measure, bench_estalella_stable.measure, bench_estalella_device.measure,
     ),
     "eevee": (bench_eevee.measure, bench_eevee_overlay.measure),
+    "eevee": (bench_eevee.measure, bench_eevee_farm.measure),
 }  # fmt: skip
 
 

@@ -115,6 +115,16 @@ def keep_images(tree: bpy.types.NodeTree, pack: bool, folder: Path | None) -> No
             image.save()
         except RuntimeError as error:
             raise OSError(f"{image.filepath_raw} cannot be written: {error}") from error
+        image.filepath_raw = _beside(image.filepath_raw)
+
+
+def _beside(path: str) -> str:
+    """Relative to the open file, so that the two can be moved together; Blender changes it when the file is saved elsewhere. On another
+    drive, or for a file that was never saved, the path itself."""
+    try:
+        return bpy.path.relpath(path) if bpy.data.filepath else path
+    except ValueError:
+        return path
 
 
 def fetch_group(name: str, place: Place) -> bpy.types.NodeTree:
