@@ -11,8 +11,8 @@ from ..core.safe_write import write_whole
 from . import (
     bench_depth,
     bench_eevee,
-    bench_eevee_overlay,
     bench_eevee_farm,
+    bench_eevee_overlay,
     bench_estalella_device,
     bench_estalella_flicker,
     bench_estalella_grid,
@@ -60,8 +60,7 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
         bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,
         bench_estalella_kitchen.measure, bench_estalella_reflectors.measure, bench_estalella_stable.measure, bench_estalella_device.measure,
     ),
-    "eevee": (bench_eevee.measure, bench_eevee_overlay.measure),
-    "eevee": (bench_eevee.measure, bench_eevee_farm.measure),
+    "eevee": (bench_eevee.measure, bench_eevee_overlay.measure, bench_eevee_farm.measure),
 }  # fmt: skip
 
 

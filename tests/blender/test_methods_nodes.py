@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import tolerances
+import tolerances_nodes
 from baked_methods import bake_all, is_on_the_brink, rays_of_all_kinds, same_answer, scene_of_everything
 from node_bench import run_nodes
 
@@ -71,7 +72,7 @@ def test_eevee_says_what_numpy_says(name, fresh_file, tmp_path, rng, assets):
     found = run_nodes(fresh_file, tmp_path, {name: (tree, {"radiance": 3, "coverage": 1, "status": 1})}, given, "BLENDER_EEVEE")[name]
     wanted = run_numpy(program, asset, rays, width, spread)
     answer = Answer(position=wanted.position, **found)
-    bounds = tolerances.EEVEE_HALF_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
+    bounds = tolerances_nodes.EEVEE_HALF_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
     odd = np.flatnonzero(~same_answer(answer, wanted, rays.origin, *bounds))
     assert len(odd) <= tolerances.RAYS_ON_NODE_BRINKS * FEW, f"{len(odd)} of {FEW} rays"
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from blender_scenes import set_world
 from native_scene import apply, ball, grouped, mixed, principled, room_asset
-from tolerances import NATIVE_REFLECTANCE
+from tolerances_nodes import NATIVE_REFLECTANCE
 
 from reflect_addon.scene import properties
 from reflect_addon.scene.exr import read_exr

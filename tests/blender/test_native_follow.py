@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 import tolerances
+import tolerances_nodes
 import trimesh
 from baked_methods import SETTINGS, rays_of_all_kinds, same_answer, scene_of_everything, turned
 from blender_dump import dump
@@ -146,10 +147,10 @@ def test_eevee_shows_them_where_numpy_does(kind, scene, fresh_file, tmp_path):
     found = run_nodes(fresh_file, tmp_path, {"n": (tree, OUTPUTS)}, given, "BLENDER_EEVEE")["n"]
     wanted = run_numpy(program, at_frame(asset, follower, names), rays)
     still = run_numpy(program, follower, rays)
-    bounds = tolerances.EEVEE_HALF_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
+    bounds = tolerances_nodes.EEVEE_HALF_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
     answer = Answer(position=wanted.position, **found)
     odd = ~same_answer(answer, wanted, rays.origin, *bounds)
-    assert odd.mean() < tolerances.MOVED_ROWS_EDGES, odd.mean()
+    assert odd.mean() < tolerances_nodes.MOVED_ROWS_EDGES, odd.mean()
     assert (np.abs(still.radiance - wanted.radiance).max(-1) > 0.01).mean() > 0.02, "the move is seen at all"
 
 

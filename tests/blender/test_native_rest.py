@@ -11,7 +11,7 @@ import pytest
 import test_native_drawn as drawn
 from native_scene import apply, principled, room_asset
 from test_native_drawn import file  # noqa: F401
-from tolerances import NATIVE_FURNACE
+from tolerances_nodes import NATIVE_FURNACE
 
 
 def one_node(kind: str, **values):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import tolerances
+import tolerances_nodes
 from baked_methods import bake_all, scene_of_everything
 from node_bench import prepare, rendered
 
@@ -88,7 +88,7 @@ def test_a_ball_shows_what_the_ray_map_asks(engine, fresh_file, tmp_path, smooth
     asked = Rays(rays.origin[mask], rays.direction[mask])
     wanted = run_numpy(record(methods.get("environment").trace, smooth_world), smooth_world, asked)
     error = np.abs(found["Radiance"][mask] - wanted.radiance).max(-1)
-    assert np.mean(error > tolerances.GROUP_ON_A_BALL) < tolerances.GROUP_EDGES, np.sort(error)[-20:]
+    assert np.mean(error > tolerances_nodes.GROUP_ON_A_BALL) < tolerances_nodes.GROUP_EDGES, np.sort(error)[-20:]
     assert np.all(found["Coverage"][mask] == 1.0)
 
 
@@ -107,8 +107,8 @@ def test_a_reflector_elsewhere_asks_from_where_it_is(kind, fresh_file, tmp_path,
     asked = Rays(rays.origin[mask], rays.direction[mask])
     wanted = run_numpy(record(methods.get(kind).trace, asset), asset, asked).radiance
     error = np.abs(found["Radiance"][mask] - wanted).max(-1)
-    assert np.median(error) < tolerances.GROUP_ON_A_BALL
-    assert np.mean(error > tolerances.GROUP_ON_A_BALL * (1 + wanted.max(-1))) < tolerances.MOVED_GROUP_EDGES
+    assert np.median(error) < tolerances_nodes.GROUP_ON_A_BALL
+    assert np.mean(error > tolerances_nodes.GROUP_ON_A_BALL * (1 + wanted.max(-1))) < tolerances_nodes.MOVED_GROUP_EDGES
 
 
 @pytest.mark.slow
@@ -132,7 +132,7 @@ def test_the_samples_of_a_rough_ball_have_the_mean_of_its_lobe(fresh_file, tmp_p
     program = record_surface(methods.get("billboards").trace, asset, "billboards", rough=True)
     drawn = [evaluate(program, given | {"random": rng.random((count, 3))}, asset, ("radiance",))["radiance"] for _ in range(64)]
     wanted = np.mean(drawn, 0)
-    assert np.abs(found["Radiance"][mask].mean(0) / wanted.mean(0) - 1).max() < tolerances.ROUGH_GROUP_MEAN
+    assert np.abs(found["Radiance"][mask].mean(0) / wanted.mean(0) - 1).max() < tolerances_nodes.ROUGH_GROUP_MEAN
     spread = np.std(drawn, 0).mean() / 8
     assert np.abs(found["Radiance"][mask] - wanted).mean() < 3 * spread
 

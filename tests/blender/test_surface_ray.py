@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import tolerances
+import tolerances_nodes
 from analytic import directions, unit
 
 from reflect_addon.core import lobe_rays
@@ -68,7 +69,7 @@ def test_one_ray_a_sample_has_the_mean_of_the_overlays_rays(roughness, degrees, 
     one = evaluate(program, given)
     values = shown(one["direction"])
     noise = values.std(0) / np.sqrt(len(values))
-    assert np.all(np.abs(values.mean(0) - wanted) < 5 * noise + tolerances.LOBE_DRAWS)
+    assert np.all(np.abs(values.mean(0) - wanted) < 5 * noise + tolerances_nodes.LOBE_DRAWS)
     assert one["spread"] == pytest.approx(added / np.sqrt(rays), rel=tolerances.FLOAT32)
 
 

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 from baked_methods import SETTINGS, rays_of_all_kinds, same_answer, scene_of_everything
 from mesh_scenes import job
-from tolerances import FLOAT32, MOVED_ROWS, MOVED_ROWS_EDGES
+from tolerances import FLOAT32
+from tolerances_nodes import MOVED_ROWS, MOVED_ROWS_EDGES
 
 from reflect_addon.core import methods, moved_rows
 from reflect_addon.core.billboard_atlas import ROW, moved_row

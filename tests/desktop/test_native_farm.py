@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from native_scene import save_assets
 from test_window import LIMIT, tool
-from tolerances import NATIVE_OTHER_BLENDER
+from tolerances_nodes import NATIVE_OTHER_BLENDER
 
 from reflect_addon import cli
 from reflect_addon.evaluation import bench_eevee_farm_scene as farm

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import random_kernels
 from glsl_bench import run_glsl
-from tolerances import KERNEL_BRINK_SHARE
+from tolerances_nodes import KERNEL_BRINK_SHARE
 
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import emit_glsl, evaluate, record_function

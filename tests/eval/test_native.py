@@ -6,7 +6,7 @@ import mesh_scenes
 import numpy as np
 import pytest
 import trimesh
-from tolerances import NATIVE_HALF, NATIVE_NORMALS, NATIVE_RADIANCE
+from tolerances_nodes import NATIVE_HALF, NATIVE_NORMALS, NATIVE_RADIANCE
 
 from reflect_addon import cli
 from reflect_addon.core import cubemap
