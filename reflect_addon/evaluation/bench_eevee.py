@@ -1,10 +1,10 @@
 """Issue 7's targets: our methods as node groups against EEVEE's own pictures, on the same pixels.
 
 For each case one process draws EEVEE's own set-ups (peer.py) and ours, so that their times compare; on a software device that others share
-they are CPU seconds. The best of ours and the best of theirs are those of the smallest FLIP on the reflectors' pixels.
+they are CPU seconds. The best of theirs has the smallest FLIP on the reflectors' pixels; the best of ours too, among those whose frames take no longer, if there are any.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -49,7 +49,9 @@ class Found:
     truth: np.ndarray
 
     def best(self) -> tuple[Line | None, Line]:
-        return min(self.ours, key=lambda line: line.flip, default=None), min(self.theirs, key=lambda line: line.flip)
+        theirs = min(self.theirs, key=lambda line: line.flip)
+        fast = [line for line in self.ours if line.seconds <= theirs.seconds]
+        return min(fast or self.ours, key=lambda line: line.flip, default=None), theirs
 
 
 def measure(progress) -> list:
@@ -57,6 +59,7 @@ def measure(progress) -> list:
     found = []
     with temporary_folder("reflect-bench-") as folder:
         for number, case in enumerate(CASES):
+            case = replace(case, bake=case.bake | case.fast)
             found.append(_drawn(case, folder, lambda s, t, n=number, c=case: progress((n + s) / len(CASES), f"EEVEE, {c.name}: {t}")))
     return [*told(found), *map(_exhibit, found)]
 

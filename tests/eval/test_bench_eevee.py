@@ -39,6 +39,13 @@ def test_the_best_of_both_sides_are_compared():
     [Target(**row) for row in rows.values()]
 
 
+def test_a_slower_picture_is_the_best_only_where_all_are_slower():
+    theirs = [line("EEVEE, spheres", 0.2, seconds=2.0)]
+    fast, slow, slowest = line("box_proxy", 0.06, 1.9), line("depth_maps", 0.02, 2.1), line("light_field", 0.03, 4.0)
+    assert found([fast, slow], theirs).best() == (fast, theirs[0])
+    assert found([slow, slowest], theirs).best() == (slow, theirs[0])
+
+
 def test_what_is_missing_or_too_far_holds_not():
     theirs = [line("EEVEE, spheres", 0.2, seconds=2.0)]
     rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.1, 3.0)], theirs, ["light_field has no node group."])])}
