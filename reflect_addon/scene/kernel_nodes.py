@@ -120,10 +120,7 @@ class _Emitter(ControlFlow):
     def look_up(self, op: str, image: str) -> bpy.types.NodeTree:
         key = (op, image)
         if key not in self.groups:
-            if op == "fetch":
-                self.groups[key] = fetch_group(f"{self.name} fetch {image}", self.images[image])
-            else:
-                self.groups[key] = sample_group(f"{self.name} sample {image}", self.look_up("fetch", image))
+            self.groups[key] = {"fetch": fetch_group, "sample": sample_group}[op](f"{self.name} {op} {image}", self.images[image])
         return self.groups[key]
 
     def block(self, region: Region) -> None:

@@ -27,6 +27,7 @@ from .native_shader import draw_with_group
 from .native_slots import put, take_back
 from .node_images import keep_images
 from .node_report import describe_group
+from .node_uniforms import MOST_BYTES, uniform_bytes
 from .reflection_group import REFLECTANCE, reflection_group
 
 SHARED = (REFLECTANCE, IOR)  # groups that are found by their names
@@ -132,7 +133,15 @@ def _copies(changes: tuple[Change, ...], groups: dict[int, bpy.types.NodeTree]):
         own[ORIGINAL] = change.material
         own.name = NAME.format(change.material.name)
         added = draw_with_group(own, groups[id(change.asset)], change.roughest)
-        if added:
+        bytes_ = uniform_bytes(own.node_tree) if added else 0
+        if bytes_ > MOST_BYTES:
+            bpy.data.materials.remove(own)
+            copies[key] = None
+            unchanged.append(
+                f"{change.material.name}: its shader would need {bytes_ / 1024:.0f} KB of constants, and graphics cards promise {MOST_BYTES // 1024}; "
+                "it stays as it is. Let fewer objects move, use fewer layers in the material, or choose another method."
+            )
+        elif added:
             copies[key] = own
             called = [n.node_tree for n in own.node_tree.nodes if n.bl_idname == "ShaderNodeGroup" and OURS in n and n.node_tree]
             nodes += added + sum(describe_group(group).inlined for group in called)

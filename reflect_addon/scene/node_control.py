@@ -97,7 +97,7 @@ class ControlFlow:
         self.scope.values[loop.index] = (step,)
         self.scope.values.update({loop.states[k]: parts for k, parts in zip(live, states)})
         new = self.computed(loop.body, self.results(loop, live))
-        return new[: len(live)], self.scope.logic("not", new[-1][0]) if loop.has_stop else 1.0
+        return new[: len(live)], self.scope.build.math("SUBTRACT", 1.0, new[-1][0]) if loop.has_stop else 1.0
 
     def results(self, loop, live) -> list[Node]:
         return [loop.body.results[k] for k in live] + [loop.body.results[-1]] * loop.has_stop

@@ -129,41 +129,54 @@ def _beside(path: str) -> str:
 
 def fetch_group(name: str, place: Place) -> bpy.types.NodeTree:
     """X, Y -> Color, Alpha of texel (floor X, floor Y), clamped to the edge."""
-    build = TreeBuilder(name)
-    build.socket("X", "Float", is_output=False)
-    build.socket("Y", "Float", is_output=False)
-    build.socket("Color", "Vector", is_output=True)
-    build.socket("Alpha", "Float", is_output=True)
-    (width, height), (x, y) = place.image.size, place.at
-    texel = build.vector("FLOOR", build.combine(*build.inputs.outputs[:2]))
-    # Clamped here and not by the texture: Cycles turns coordinates beyond an int's range into texel 0.
-    texel = build.vector("MINIMUM", build.vector("MAXIMUM", texel, (0.0, 0.0, 0.0)), (place.size[0] - 1.0, place.size[1] - 1.0, 0.0))
-    scale, centre = (1.0 / width, 1.0 / height, 0.0), ((x + 0.5) / width, (y + 0.5) / height, 0.0)
-    look_up = build.node("ShaderNodeTexImage", image=place.image, interpolation="Closest", extension="EXTEND")
-    build.plug(look_up.inputs["Vector"], build.vector("MULTIPLY_ADD", texel, scale, centre))
-    build.finish(look_up)
-    build.results(look_up.outputs["Color"], look_up.outputs["Alpha"])
+    build = _look_up_group(name)
+    build.results(*_texel(build, place, *(_address(build, place, k, build.math("FLOOR", at)) for k, at in enumerate(build.inputs.outputs[:2]))))
     return build.tree
 
 
-def sample_group(name: str, fetch: bpy.types.NodeTree) -> bpy.types.NodeTree:
+def sample_group(name: str, place: Place) -> bpy.types.NodeTree:
     """X, Y in texels (centres at + 0.5) -> Color, Alpha: bilinear of four fetches, as k.sample states it."""
-    build = TreeBuilder(name)
-    build.socket("X", "Float", is_output=False)
-    build.socket("Y", "Float", is_output=False)
-    build.socket("Color", "Vector", is_output=True)
-    build.socket("Alpha", "Float", is_output=True)
+    build = _look_up_group(name)
     low, high, weight = [], [], []
-    for coordinate in build.inputs.outputs[:2]:
+    for axis, coordinate in enumerate(build.inputs.outputs[:2]):
         shifted = build.math("SUBTRACT", coordinate, 0.5)
-        low.append(build.math("FLOOR", shifted))
-        high.append(build.math("ADD", low[-1], 1.0))
-        weight.append(build.math("SUBTRACT", shifted, low[-1]))
-    t00, t10, t01, t11 = (build.group(fetch, x, y) for y in (low[1], high[1]) for x in (low[0], high[0]))
+        first = build.math("FLOOR", shifted)
+        weight.append(build.math("SUBTRACT", shifted, first))
+        low.append(_address(build, place, axis, first))
+        high.append(_address(build, place, axis, build.math("ADD", first, 1.0)))
+    t00, t10, t01, t11 = (_texel(build, place, x, y) for y in (low[1], high[1]) for x in (low[0], high[0]))
     bottom = _mix(build, t00, t10, weight[0])
     top = _mix(build, t01, t11, weight[0])
     build.results(*_mix(build, bottom, top, weight[1]))
     return build.tree
+
+
+def _look_up_group(name: str) -> TreeBuilder:
+    build = TreeBuilder(name)
+    for socket in ("X", "Y"):
+        build.socket(socket, "Float", is_output=False)
+    build.socket("Color", "Vector", is_output=True)
+    build.socket("Alpha", "Float", is_output=True)
+    return build
+
+
+def _address(build: TreeBuilder, place: Place, axis: int, texel):
+    """The data-block's coordinate (0 to 1) of a whole texel of the image, clamped to its edge. By numbers and not by vectors: what a node does not
+    use of its inputs lies in the shader's uniform block as well (node_report.py)."""
+    # Clamped here and not by the texture: Cycles turns coordinates beyond an int's range into texel 0.
+    clamp = build.node("ShaderNodeClamp")
+    for socket, source in zip(clamp.inputs, (texel, 0.0, place.size[axis] - 1.0)):
+        build.plug(socket, source)
+    whole = place.image.size[axis]
+    return build.math("MULTIPLY_ADD", build.finish(clamp).outputs[0], 1.0 / whole, (place.at[axis] + 0.5) / whole)
+
+
+def _texel(build: TreeBuilder, place: Place, x, y):
+    """(color, alpha) at a coordinate."""
+    look_up = build.node("ShaderNodeTexImage", image=place.image, interpolation="Closest", extension="EXTEND")
+    build.plug(look_up.inputs["Vector"], build.combine(x, y))
+    build.finish(look_up)
+    return look_up.outputs["Color"], look_up.outputs["Alpha"]
 
 
 def _mix(build: TreeBuilder, a, b, t):

@@ -42,7 +42,7 @@ class NodeScope:
             color, alpha = build.group(self.look_up(op, node.data), args[0][0], args[1][0], label=node.name)
             return color, alpha
         if op in ("lt", "le", "eq", "and", "or", "not"):
-            return (self.logic(op, *(a[0] for a in args)),)
+            return (self.logic(node, *(a[0] for a in args)),)
         if op == "select":
             return self.select(node.args[0], args[1], args[2], node.type, node.name)
         if op == "swizzle":
@@ -60,17 +60,19 @@ class NodeScope:
             return (build.vector("CROSS_PRODUCT", args[0][0], args[1][0], label=node.name),)
         return self.elementwise(node, args)
 
-    def logic(self, op: str, a: Source, b: Source = 0.0) -> Source:
-        math = self.build.math
+    def logic(self, node: Node, a: Source, b: Source = 0.0) -> Source:
+        math, op = self.build.math, node.op
         if op == "lt":
             return math("LESS_THAN", a, b)
-        if op == "le":
-            return math("SUBTRACT", 1.0, math("GREATER_THAN", a, b))
-        if op == "eq":
-            return math("SUBTRACT", 1.0, math("ADD", math("LESS_THAN", a, b), math("GREATER_THAN", a, b)))
+        if op in ("and", "or"):
+            return math("MULTIPLY" if op == "and" else "MAXIMUM", a, b)
         if op == "not":
-            return math("SUBTRACT", 1.0, a)
-        return math("MULTIPLY" if op == "and" else "MAXIMUM", a, b)
+            self.inverted[node] = a
+        elif op == "le":
+            self.inverted[node] = math("GREATER_THAN", a, b)
+        else:
+            self.inverted[node] = math("ADD", math("LESS_THAN", a, b), math("GREATER_THAN", a, b))
+        return math("SUBTRACT", 1.0, self.inverted[node])
 
     def elementwise(self, node: Node, args: list[tuple]) -> tuple[Source, ...]:
         """One node per part. Division by what may be zero, and functions without a vector node, go by components."""
@@ -139,7 +141,7 @@ class NodeScope:
                 rest = 0.0 if y == 0.0 else self.build.math("MULTIPLY", y, no)
                 results.append(self.build.math("MULTIPLY_ADD", x, yes, rest, label=label))
             else:
-                rest = (0.0, 0.0, 0.0) if y == (0.0, 0.0, 0.0) else self.build.vector("SCALE", y, no)
+                rest = (0.0, 0.0, 0.0) if y == (0.0, 0.0, 0.0) else self.build.vector("MULTIPLY", y, no)
                 results.append(self.build.vector("MULTIPLY_ADD", x, yes, rest, label=label))
         return tuple(results)
 
