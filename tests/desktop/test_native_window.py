@@ -9,3 +9,10 @@ from test_window import session
 def test_materials_mirror_the_room_and_go_again():
     found = session("run_native", "contact.blend")
     assert "08-removed-rendered" in found["steps"]
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_methods_are_switched_live_and_follow():
+    found = session("run_native_methods", "contact.blend")
+    assert "07-missing" in found["steps"]
