@@ -14,9 +14,9 @@ import numpy as np
 from desktop import view3d
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
-from artist import OUT, arrange, changed, encoded, install, picture, results, scene, set_small  # noqa: E402
+from artist import OUT, arrange, changed, encoded, install, picture, press, results, scene, set_small  # noqa: E402
 
-from sample_blends.scene_parts import box, camera, checker, mirror, prepare, set_world, sphere  # noqa: E402
+from sample_blends.scene_parts import box, camera, checker, material, mirror, prepare, set_world, sphere  # noqa: E402
 
 NEAR = 8  # of 255: half floats and a filtered cube map of few texels
 ROOM = ((0.8, 0.1, 0.1), (0.5, 0.5, 0.5))  # colours of five walls
@@ -25,6 +25,10 @@ WORLD = (0.05, 0.05, 0.8)  # outside the room: what EEVEE mirrors by itself
 FAILED = ((1.0, 0.0, 1.0), (0.0, 0.0, 0.0))  # a shader that did not compile, and one that answers nothing
 FEW = 1e-3  # share of pixels with such colours: none were seen
 MIRRORED = 0.2  # share of the ball's pixels in the colours of the wall behind: it covers 0.30 (by geometry), borders of squares included; 0.0 without
+METHODS = ("depth_maps", "billboards", "light_field")
+LIGHT = (0.1, 0.9, 0.1)  # the lantern's, which nothing else has
+PLACES = {1: (-1.15, -0.7, 0.1), 11: (1.15, -0.7, 0.1)}  # m, its places at the first and the last frame: left and right of the ball
+SEEN = 0.01  # share of the ball's pixels that mirror the lantern: 0.0 without
 PATIENCE = 180.0  # s for shaders, which compile on the processor that draws
 STILL = 0.002  # share of pixels that change while a view is drawn no more
 
@@ -51,6 +55,16 @@ def build():
     camera((0, -1.4, 0), (0, 0, 0), 28.0).data.show_passepartout = False
     scene().view_settings.view_transform = "Standard"
     scene().eevee.taa_samples = 8
+
+
+def add_lantern():
+    """A glowing ball, a volume to the methods, that passes the mirror from frame to frame, outside the view."""
+    lantern = sphere("Lantern", 0.3, material("Lantern", LIGHT, emission=1.0, Base_Color=(0, 0, 0, 1)), 24)
+    for frame, place in PLACES.items():
+        lantern.location = place
+        lantern.keyframe_insert("location", frame=frame)
+    scene().frame_end = max(PLACES)
+    scene().frame_set(1)
 
 
 def entered(more=lambda: None):
@@ -87,6 +101,19 @@ def behind_in(ball, mirrors):
     return looks
 
 
+def lantern_in(ball, side):
+    """For `settled`: whether the ball mirrors the lantern on its left (-1) or right (1)."""
+    middle = np.nonzero(ball)[1].mean()
+
+    def looks(seen):
+        found = near(seen, [LIGHT]) & ball
+        share = float(found.mean() / ball.mean())
+        where = float(np.nonzero(found)[1].mean() - middle) if found.any() else 0.0
+        return share > SEEN and where * side > 0, {"lantern": round(share, 3), "from the middle": round(where)}
+
+    return looks
+
+
 def settled(name, ball, looks, since=None):
     """Waits until the walls are drawn, two pictures a second apart agree, and the last is right: looks(picture) -> (whether, figures);
     notes how long that took, from `since` on, and the window's longest silence. ball: its pixels. Returns the last picture."""
@@ -113,3 +140,17 @@ def settled(name, ball, looks, since=None):
     results.setdefault("views", {})[name] = view
     assert failed < FEW, (name, view)
     return seen
+
+
+def use(method):
+    """The method chosen and used; returns when the button was clicked."""
+    scene().reflect.method = method
+    yield 1.0
+    return (yield from press("reflect.use_in_materials"))
+
+
+def shown():
+    """The method whose group the ball's material shows, "" without one."""
+    tree = bpy.data.objects["Ball"].material_slots[0].material.node_tree
+    names = [node.node_tree.name.split() for node in tree.nodes if node.type == "GROUP" and node.node_tree]
+    return next((words[1] for words in names if words[0] == "Reflect" and words[1] in METHODS), "")
