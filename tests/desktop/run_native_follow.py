@@ -10,11 +10,12 @@ import bpy
 from desktop import view3d
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "blender")]
-from artist import bake, key, picture, press, results, run, scene, state  # noqa: E402
+from artist import bake, inside, key, picture, press, results, run, scene, state  # noqa: E402
 from blender_dump import dump  # noqa: E402
 from native_room import PLACES, add_lantern, entered, lantern_in, settled, shown, use  # noqa: E402
 
 FOLLOW = ("depth_maps", "billboards")
+NOTHING = "Nothing is baked for this method yet: press Bake"
 
 
 def materials():
@@ -36,13 +37,32 @@ def said():
     return [line for line in lines if line and not line.startswith("bpy.")][-1]
 
 
-def refused(name, method, words):
-    """Using the method changes nothing, and a sentence has these words."""
+def refused(name, words):
+    """A click on Use in Materials changes nothing, and a report has these words."""
     before = materials()
-    yield from use(method)
+    yield from press("reflect.use_in_materials")
     picture(name)
     assert materials() == before, f"{name}: materials are not what they were"
-    sentence = said()
+    tell(name, said(), words)
+
+
+def greyed(name, words, panel=""):
+    """A click on the button does nothing, for a reason with these words; what the panel says of assets has those of `panel`."""
+    state().reload(scene())
+    before = materials()
+    yield from press("reflect.use_in_materials")
+    picture(name)
+    assert materials() == before, f"{name}: materials are not what they were"
+    try:
+        inside(bpy.ops.reflect.use_in_materials)
+    except RuntimeError as error:
+        tell(name, str(error), words)
+    else:
+        raise AssertionError(f"{name}: the button is not greyed")
+    tell(f"{name}, in the panel", " ".join((*state().problems, *state().missing)), panel)
+
+
+def tell(name, sentence, words):
     results.setdefault("said", {})[name] = sentence
     assert words in sentence, (name, sentence)
 
@@ -63,16 +83,16 @@ def story():
         yield from settled(f"02-{method}-last-frame", ball, lantern_in(ball, 1))
         if method == FOLLOW[0]:
             yield from key("shift+Left")
-    yield from refused("03-old", FOLLOW[0], "Ball was baked from another state of the scene")
+    yield from refused("03-old", "Ball was baked from another state of the scene")
     yield from key("shift+Left")
     yield from settled("04-first-frame-again", ball, lantern_in(ball, -1))
 
-    kept = next(state().folder.glob(f"{FOLLOW[0]}-*"))
-    damaged = next(path for path in kept.iterdir() if path.suffix != ".json")
+    kept = next(state().folder.glob(f"{FOLLOW[-1]}-*"))
+    damaged = max(kept.iterdir(), key=lambda path: path.stat().st_size)
     damaged.write_bytes(damaged.read_bytes()[:100])
-    yield from refused("05-damaged", FOLLOW[0], "")
+    yield from greyed("05-damaged", NOTHING, str(kept))
     shutil.rmtree(kept)
-    yield from refused("06-missing", FOLLOW[0], "")
+    yield from greyed("06-missing", NOTHING, "Ball")
     assert shown() == FOLLOW[-1]
     yield from press("reflect.remove_from_materials")
     assert materials() == untouched, "Remove leaves a trace"
