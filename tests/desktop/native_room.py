@@ -27,7 +27,7 @@ FEW = 1e-3  # share of pixels with such colours: none were seen
 MIRRORED = 0.2  # share of the ball's pixels in the colours of the wall behind: it covers 0.30 (by geometry), borders of squares included; 0.0 without
 METHODS = ("depth_maps", "billboards", "light_field")
 LIGHT = (0.1, 0.9, 0.1)  # the lantern's, which nothing else has
-PLACES = {1: (-1.15, -0.7, 0.1), 11: (1.15, -0.7, 0.1)}  # m, its places at the first and the last frame: left and right of the ball
+PLACES = {1: (-1.1, -0.7, 0.9), 11: (-1.1, -0.7, -0.9)}  # m, at the first and the last frame: above and below, on the side without the sidebar
 SEEN = 0.01  # share of the ball's pixels that mirror the lantern: 0.0 without
 PATIENCE = 180.0  # s for shaders, which compile on the processor that draws
 STILL = 0.002  # share of pixels that change while a view is drawn no more
@@ -102,13 +102,13 @@ def behind_in(ball, mirrors):
 
 
 def lantern_in(ball, side):
-    """For `settled`: whether the ball mirrors the lantern on its left (-1) or right (1)."""
-    middle = np.nonzero(ball)[1].mean()
+    """For `settled`: whether the ball mirrors the lantern above (-1) or below (1) its middle."""
+    middle = np.nonzero(ball)[0].mean()
 
     def looks(seen):
         found = near(seen, [LIGHT]) & ball
         share = float(found.mean() / ball.mean())
-        where = float(np.nonzero(found)[1].mean() - middle) if found.any() else 0.0
+        where = float(np.nonzero(found)[0].mean() - middle) if found.any() else 0.0
         return share > SEEN and where * side > 0, {"lantern": round(share, 3), "from the middle": round(where)}
 
     return looks
