@@ -13,16 +13,17 @@ SKIPPED = {"rna_type", "session_uid", "tag", "original", "preview", "depsgraph",
 WINDOWS = {"all_ids", "screens", "workspaces", "window_managers"}  # duplicates; what the person looks at
 
 
-def dump() -> dict[str, object]:
-    """'Collection/name' -> nested tuples of its values. Walked twice: some layers of a mesh exist only once read."""
-    _walk()
-    return _walk()
+def dump(only: tuple[str, ...] = ()) -> dict[str, object]:
+    """'Collection/name' -> nested tuples of its values, of all collections or of those named. Walked twice: some layers of a mesh exist
+    only once read."""
+    _walk(only)
+    return _walk(only)
 
 
-def _walk():
+def _walk(only):
     out = {}
     for prop in bpy.data.bl_rna.properties:
-        if prop.type != "COLLECTION" or prop.identifier in WINDOWS:
+        if prop.type != "COLLECTION" or prop.identifier in WINDOWS or (only and prop.identifier not in only):
             continue
         for block in getattr(bpy.data, prop.identifier):
             out[f"{prop.identifier}/{block.name_full}"] = _struct(block, 0)

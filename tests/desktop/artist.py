@@ -23,6 +23,7 @@ RESOLUTION, SAMPLES = 128, 8  # of the bakes: small, since OpenGL and Cycles sha
 VIEWS, VIEW_TEXELS = 4, 64  # of light fields
 RESPONSIVE = 2.0  # s: longest time in which the window may answer nothing during a bake, on software OpenGL
 BUTTONS, STEP = (130, 45), 9  # pixels: from the sidebar's right edge, and down; less than a button's height
+ASK_AGAIN = 0.5  # s: a window that draws EEVEE is behind the mouse, and knows the button that was below it a moment ago
 PATIENCE = 300.0  # s for one bake: ten times what it takes on two idle cores
 results: dict = {"steps": [], "seconds": {}}
 
@@ -79,22 +80,30 @@ def key(name):
 
 
 def press(operator):
-    """Looks for an operator's button with the mouse, all over the sidebar, and clicks it."""
+    """Looks for an operator's button with the mouse, all over the sidebar, and clicks it; returns when it did (time.monotonic)."""
     window, area, *_ = desktop.view3d()
     sidebar = next(r for r in area.regions if r.type == "UI")
+
+    def below_the_mouse():
+        bpy.context.window_manager.clipboard = ""
+        with bpy.context.temp_override(window=window, area=area, region=sidebar, screen=window.screen):
+            found = bpy.ops.ui.copy_python_command_button.poll() and bpy.ops.ui.copy_python_command_button()
+        return found == {"FINISHED"} and operator in bpy.context.window_manager.clipboard
+
     for right in BUTTONS:
         for down in range(STEP, sidebar.height, STEP):
             x, y = sidebar.x + sidebar.width - right, window.height - sidebar.y - sidebar.height + down
             subprocess.run(["xdotool", "mousemove", str(x), str(y)], check=True)
             yield 0.05
-            with bpy.context.temp_override(window=window, area=area, region=sidebar, screen=window.screen):
-                found = bpy.ops.ui.copy_python_command_button.poll() and bpy.ops.ui.copy_python_command_button()
-            if found == {"FINISHED"} and operator in bpy.context.window_manager.clipboard:
+            if not below_the_mouse():
+                continue
+            yield ASK_AGAIN
+            if below_the_mouse():
                 results.setdefault("pressed", {})[operator] = (x, y)
+                clicked = time.monotonic()
                 subprocess.run(["xdotool", "click", "1"], check=True)
                 yield 1.0
-                return
-            bpy.context.window_manager.clipboard = ""
+                return clicked
     raise LookupError(f"the mouse found no button of {operator} in the sidebar")
 
 

@@ -1,85 +1,19 @@
-"""Runs inside a real Blender window: Use in Materials, Undo and Remove by mouse and keys, in Material Preview and Rendered; see artist.py.
-
-The scene is made here: a metal ball in a room of glowing checkers, the wall behind the eye in colours that nothing else has. Where
-they are seen, the ball mirrors the room; EEVEE by itself would show its world, and the studio in Material Preview.
+"""Runs inside a real Blender window: Use in Materials, Undo and Remove by mouse and keys, in Material Preview and Rendered, in the
+room of native_room.py; see artist.py.
 """
 
 import sys
-import time
 from pathlib import Path
 
 import bpy
 import numpy as np
 from desktop import view3d
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
-from artist import (  # noqa: E402
-    OUT, arrange, bake, changed, encoded, inside, install, key, picture, press, results, run, scene, set_small, state,
-)  # fmt: skip
+sys.path.insert(0, str(Path(__file__).parent))
+from artist import bake, changed, inside, key, picture, press, results, run, scene, state  # noqa: E402
+from native_room import behind_in, entered, settled  # noqa: E402
 
-from sample_blends.scene_parts import box, camera, checker, mirror, prepare, set_world, sphere  # noqa: E402
-
-NEAR = 8  # of 255: half floats and a filtered cube map of few texels
-ROOM = ((0.8, 0.1, 0.1), (0.5, 0.5, 0.5))  # colours of five walls
-BEHIND = ((0.9, 0.8, 0.05), (0.05, 0.7, 0.6))  # and of the wall behind the eye
-WORLD = (0.05, 0.05, 0.8)  # outside the room: what EEVEE mirrors by itself
-MIRRORED = 0.2  # share of the ball's pixels in the colours of the wall behind: it covers 0.30 (by geometry), borders of squares included; 0.0 without
-PATIENCE = 180.0  # s for shaders, which compile on the processor that draws
-STILL = 0.002  # share of pixels that change while a view is drawn no more
 SAME = 0.05  # of what Use in Materials changes: EEVEE places its samples elsewhere each time, and the studio in the ball is full of edges
-
-
-def glowing(name, colors):
-    """A checker that glows and reflects nothing."""
-    made = checker(name, *colors, 0.5)
-    tree = made.node_tree
-    shader = tree.nodes["Principled BSDF"]
-    tree.links.new(shader.inputs["Base Color"].links[0].from_socket, shader.inputs["Emission Color"])
-    tree.links.remove(shader.inputs["Base Color"].links[0])
-    shader.inputs["Base Color"].default_value, shader.inputs["Emission Strength"].default_value = (0, 0, 0, 1), 1.0
-    return made
-
-
-def build():
-    bpy.data.batch_remove([*bpy.data.objects, *bpy.data.materials, *bpy.data.meshes])
-    prepare(scene(), "Room")
-    set_world(scene(), WORLD)
-    room = box("Room", (3, 3, 3), (0, 0, 0), glowing("Walls", ROOM), inside=True)
-    room.data.materials.append(glowing("Wall behind", BEHIND))
-    next(p for p in room.data.polygons if p.center.y < -1).material_index = 1
-    sphere("Ball", 0.6, mirror("Metal", (1, 1, 1)), 48, location=(0.1, 0.2, -0.1))
-    camera((0, -1.4, 0), (0, 0, 0), 28.0).data.show_passepartout = False
-    scene().view_settings.view_transform = "Standard"
-    scene().eevee.taa_samples = 8
-    bpy.ops.wm.save_mainfile()
-
-
-def near(pixels, colors):
-    """Which pixels have one of the colours."""
-    return np.any([np.abs(pixels - encoded(c)).max(-1) <= NEAR for c in colors], axis=0)
-
-
-def settled(name, ball, mirrors):
-    """Waits until the walls are drawn, two pictures a second apart agree, and the ball mirrors the wall behind the eye, or does not;
-    notes how long that took and the window's longest silence. ball: its pixels. Returns the last picture."""
-    start = last = time.monotonic()
-    gap, before = 0.0, None
-    while True:
-        for _ in range(20):
-            yield 0.05
-            now = time.monotonic()
-            gap, last = max(gap, now - last), now
-        seen = picture(name)
-        waits = {k: round(float(near(seen, c)[m].mean()), 3) for k, c, m in (("walls", ROOM, ~ball), ("behind", BEHIND, ball))}
-        if before is None:
-            (OUT / f"{name}.png").rename(OUT / f"{name}-first.png")
-        still = before is not None and changed(before, seen) < STILL
-        if still and waits["walls"] > 0.5 and mirrors == (waits["behind"] > MIRRORED):
-            break
-        assert now - start < PATIENCE, f"{name} does not settle: {waits}"
-        before, last = seen, time.monotonic()
-    results.setdefault("views", {})[name] = {"seconds": round(time.monotonic() - start, 1), "silence": round(gap, 2), **waits}
-    return seen
 
 
 def both(name, ball, mirrors):
@@ -88,7 +22,7 @@ def both(name, ball, mirrors):
     seen = []
     for kind in ("MATERIAL", "RENDERED"):
         space.shading.type = kind
-        seen.append((yield from settled(f"{name}-{kind.lower()}", ball, mirrors)))
+        seen.append((yield from settled(f"{name}-{kind.lower()}", ball, behind_in(ball, mirrors))))
     return seen
 
 
@@ -105,18 +39,8 @@ def made():
 
 
 def story():
-    install()
-    yield 2.0
-    build()
-    yield from arrange()
-    set_small()
+    ball = yield from entered()
     *_, space = view3d()
-    scene().render.engine = "BLENDER_EEVEE"
-    space.overlay.show_overlays = False
-    space.shading.light, space.shading.color_type, space.shading.show_object_outline = "FLAT", "MATERIAL", False
-    yield 1.0
-    ball = near(picture("01-solid"), [(1, 1, 1)])
-    results["ball"] = round(float(ball.mean()), 3)
     before = yield from both("02-before", ball, False)
     space.shading.type, space.overlay.show_overlays = "SOLID", True
     scene().reflect.method = "box_proxy"
@@ -130,7 +54,7 @@ def story():
     space.overlay.show_overlays = False
     used = yield from both("04-used", ball, True)
     space.overlay.show_overlays = True
-    overlaid = yield from settled("05-with-overlay", ball, True)
+    overlaid = yield from settled("05-with-overlay", ball, behind_in(ball, True))
     results["overlay on top differs"] = round(changed(used[1], overlaid), 4)
     space.overlay.show_overlays = False
 

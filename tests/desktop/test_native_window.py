@@ -9,3 +9,17 @@ from test_window import session
 def test_materials_mirror_the_room_and_go_again():
     found = session("run_native", "contact.blend")
     assert "08-removed-rendered" in found["steps"]
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_methods_are_switched_live():
+    found = session("run_native_methods", "contact.blend")
+    assert "03-light_field-material" in found["steps"]
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_reflections_follow_and_old_assets_change_nothing():
+    found = session("run_native_follow", "contact.blend")
+    assert "06-missing" in found["steps"]
