@@ -9,11 +9,12 @@ Limits. One size for all directions, as in remake.is_rigid: what is stretched is
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from .billboard_atlas import ROW
-from .kernel import evaluate, record_function
+from .kernel import Program, evaluate, record_function
 
 # How a kind of stand-in (remake.RULES) follows.
 RIGID, MAP, FACES = "rigid", "map", "faces"
@@ -85,6 +86,17 @@ def turned_to(k, own: Motion, stood, before, now) -> Motion:
     return Motion(*(k.vec4(row, at - k.dot(row, stood)) for row, at in zip(rows, where)), own.scale)
 
 
+@cache
+def _turning() -> Program:
+    """turned_to as a program, recorded once: `faced` is asked on each frame of what moves."""
+
+    def function(k, scope, x, y, z, stood, before, now):
+        made = turned_to(k, Motion(x, y, z, k.length(x.xyz)), stood, before, now)
+        return {axis: getattr(made, axis) for axis in AXES}
+
+    return record_function(function, dict.fromkeys(AXES, "vec4") | dict.fromkeys(("stood", "before", "now"), "vec3"))
+
+
 def faced(row: np.ndarray, world_from_world: np.ndarray, seer, center) -> np.ndarray:
     """(4, 4) float64, world_from_world: how the quad of a row goes along with its object and faces the reflector, whose middle is now at
     `seer` (3,), world."""
@@ -93,12 +105,7 @@ def faced(row: np.ndarray, world_from_world: np.ndarray, seer, center) -> np.nda
     given = {axis: rows[uniform_name(0, axis)] for axis in AXES}
     given |= {"stood": stood, "before": before, "now": np.asarray(seer, np.float64) - center}
 
-    def function(k, scope, x, y, z, stood, before, now):
-        made = turned_to(k, Motion(x, y, z, k.length(x.xyz)), stood, before, now)
-        return {axis: getattr(made, axis) for axis in AXES}
-
-    program = record_function(function, {name: "vec4" if name in AXES else "vec3" for name in given})
-    found = evaluate(program, {name: np.array([value]) for name, value in given.items()}, dtype=np.float64)
+    found = evaluate(_turning(), {name: np.array([value]) for name, value in given.items()}, dtype=np.float64)
     relative = np.vstack([*(found[axis][0] for axis in AXES), [0.0, 0.0, 0.0, 1.0]])
     relative[:3, 3] += center - relative[:3, :3] @ np.asarray(center, np.float64)
     return relative

@@ -70,6 +70,8 @@ def use_in_materials(
                 keep_images(group, pack, folder)
         except KernelError as error:
             raise ReflectError(f"{method} cannot be made into nodes: {error}.", _choose()) from error
+        if not copies:
+            raise ReflectError("No material was changed.", " ".join((*planned.sentences, *unchanged)))
         for change in planned.changes:
             if (own := copies.get(_key(change))) is not None:
                 undo.callback(put(change.obj, change.index, own))
