@@ -23,7 +23,7 @@ ROOM = ((0.8, 0.1, 0.1), (0.5, 0.5, 0.5))  # colours of five walls
 BEHIND = ((0.9, 0.8, 0.05), (0.05, 0.7, 0.6))  # and of the wall behind the eye
 WORLD = (0.05, 0.05, 0.8)  # outside the room: what EEVEE mirrors by itself
 FAILED = ((1.0, 0.0, 1.0), (0.0, 0.0, 0.0))  # a shader that did not compile, and one that answers nothing
-FEW = 1e-3  # share of pixels with such colours: none were seen
+FEW = 1e-3  # share of the ball's pixels with such colours: none were seen; elsewhere Blender's own frame and letters are black
 MIRRORED = 0.2  # share of the ball's pixels in the colours of the wall behind: it covers 0.30 (by geometry), borders of squares included; 0.0 without
 METHODS = ("depth_maps", "billboards", "light_field")
 LIGHT = (0.1, 0.9, 0.1)  # the lantern's, which nothing else has
@@ -135,7 +135,7 @@ def settled(name, ball, looks, since=None):
             break
         assert now - start < PATIENCE, f"{name} does not settle: {walls}, {figures}"
         before, last = seen, time.monotonic()
-    failed = round(float(near(seen, FAILED).mean()), 4)
+    failed = round(float(near(seen[ball], FAILED).mean()), 4)
     view = {"seconds": round(time.monotonic() - start, 1), "silence": round(gap, 2), "walls": walls, "failed": failed, **figures}
     results.setdefault("views", {})[name] = view
     assert failed < FEW, (name, view)
