@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from artist import bake, changed, part, results, run, scene  # noqa: E402
 from native_room import METHODS, add_lantern, behind_in, entered, settled, shown, use  # noqa: E402
 
-VIEW_TEXELS = "128"  # of the light field: with artist.py's 64 squares' borders are so soft that 0.16 instead of 0.26 has a square's colour
+VIEW_TEXELS = "128"  # of the light field: with artist.py's 64 squares are hardly wider than their borders
 
 
 def timed(make):
