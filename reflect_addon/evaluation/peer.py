@@ -57,6 +57,7 @@ class Picture:
     set_up: float  # s, of the volume probe's bake
     device: str
     probes: dict[str, int]  # how many of each kind are shown
+    volume: bool  # whether a volume probe brought light by way of other surfaces
     replaced: tuple[str, ...]  # materials that were replaced by a white mirror
 
     def notes(self) -> list[str]:
@@ -65,11 +66,12 @@ class Picture:
         shown = " and ".join(f"{n} {words[kind]}{'' if n == 1 else 's'}" for kind, n in self.probes.items() if n) or "no probe"
         how = "screen tracing at full resolution" if self.setting["screen_tracing"] else "no tracing"
         out = [
-            f"EEVEE's specular light, before Fresnel and tint, by {how} with {shown}, and a baked volume probe for light by way of other surfaces. "
+            f"EEVEE's specular light, before Fresnel and tint, by {how} with {shown}{', and a baked volume probe for light by way of other surfaces' if self.volume else ''}. "
             "Shiny materials kept their look but lost roughness, anisotropy and normal maps, as the judged rays do; no sun was made of "
             "the world's brightest spot.",
             f"EEVEE tells no hit points and has no reflection pass to time apart: its whole frame took {self.times['seconds']:.1f} s "
-            f"({self.times['busy']:.1f} s of CPU), after {self.times['compile']:.1f} s of compiling and {self.set_up:.1f} s for the volume probe.",
+            f"({self.times['busy']:.1f} s of CPU), after {self.times['compile']:.1f} s of compiling"
+            f"{f' and {self.set_up:.1f} s for the volume probe' if self.volume else ''}.",
         ]
         if self.replaced:
             out.append(
@@ -98,7 +100,7 @@ def job_of(scene: bpy.types.Scene, camera_name: str, camera: Camera, snapshot: S
             marked[instance.object_name] = None
     return Job(
         scene.name, camera_name, snapshot.frame, (camera.width, camera.height), SAMPLES, PROBE_SIDE, tuple(materials),
-        tuple(marked), tuple(hidden), tuple(probes), settings, diagonal=snapshot.diagonal(),
+        tuple(marked), tuple(hidden), tuple(probes), settings, diagonal=snapshot.diagonal(), volume=room is not None,
     )  # fmt: skip
 
 
@@ -169,7 +171,7 @@ def _pictures(job: Job, said: dict, radiances: list[np.ndarray]) -> list[Picture
     return [
         Picture(
             setting, radiance, {name: float(time[name]) for name in TIMES}, float(said["set_up"]), str(said["device"]),
-            {kind: counts[kind] if setting[f"{kind.lower()}_probe"] else 0 for kind in counts}, tuple(said["replaced"]),
+            {kind: counts[kind] if setting[f"{kind.lower()}_probe"] else 0 for kind in counts}, job.volume, tuple(said["replaced"]),
         )
         for setting, radiance, time in zip(job.settings, radiances, said["times"], strict=True)
     ]  # fmt: skip

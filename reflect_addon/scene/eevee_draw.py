@@ -53,7 +53,7 @@ def render(job: Job, folder: Path, say: Callable[[float, str], object]) -> dict:
     with render_visibility(layer):
         snapshot = take_snapshot(layer.depsgraph, visibility="RENDER")
     settings(scene, job)
-    said = {"replaced": [], "times": [], "volume": False, "set_up": 0.0, "groups": []}
+    said = {"replaced": [], "times": [], "set_up": 0.0, "groups": []}
     if not job.shown:
         draw(scene, 1)  # what is compiled once for all is nobody's
     for number, groups in enumerate(job.groups):
@@ -71,7 +71,8 @@ def _peers(scene, job: Job, snapshot, folder: Path, say: Callable[[int], object]
     for obj in hidden:
         obj.hide_probe_sphere = True
     start = time.perf_counter()
-    volume = add_volume(scene, *snapshot.bounds())
+    if job.volume:
+        add_volume(scene, *snapshot.bounds())
     set_up = time.perf_counter() - start
     probes = [(p.kind, add_probe(scene, p)) for p in job.probes]
     draw(scene, 1)
@@ -85,7 +86,7 @@ def _peers(scene, job: Job, snapshot, folder: Path, say: Callable[[int], object]
         times.append(vars(timed(scene, job.samples, TURNS if job.groups else 1, folder / f"picture{number}.exr")))
     for _, probe in probes:
         bpy.data.objects.remove(probe)
-    return {"replaced": replaced, "times": times, "volume": volume, "set_up": set_up}
+    return {"replaced": replaced, "times": times, "set_up": set_up}
 
 
 def _group(scene, job: Job, native: Native, path: Path) -> dict:

@@ -42,6 +42,7 @@ class Job:
     groups: tuple[Groups, ...] = ()  # our pictures
     diagonal: float = 1.0  # of the scene, m: distances of our groups are told in it
     shown: bool = False  # our pictures are for the eye, not to be judged ray by ray
+    volume: bool = False  # EEVEE's own pictures have a volume probe over the scene
     timed: bool = True  # what is judged is then timed in the scene's own materials
 
     def plain(self) -> dict:

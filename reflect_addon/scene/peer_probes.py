@@ -9,6 +9,7 @@ carries light that arrives by way of other surfaces: without one a sphere probe 
 import bpy
 from mathutils import Matrix
 
+from ..core.errors import ReflectError
 from .eevee_job import Probe
 
 MARGIN = 1.05  # of an influence or a proxy around what it should hold
@@ -38,8 +39,8 @@ def add_probe(scene: bpy.types.Scene, probe: Probe) -> bpy.types.Object:
     return _placed(scene, data, Matrix.Translation(probe.centre) @ axes @ Matrix.Diagonal((*scale, 1.0)))
 
 
-def add_volume(scene: bpy.types.Scene, low, high) -> bool:
-    """Bakes a volume probe over the box; whether that worked."""
+def add_volume(scene: bpy.types.Scene, low, high) -> None:
+    """Bakes a volume probe over the box."""
     data = bpy.data.lightprobes.new("Reflect volume", "VOLUME")
     sides = [max(h - lo, 1e-3) for lo, h in zip(low, high, strict=True)]
     data.resolution_x = data.resolution_y = data.resolution_z = CELLS
@@ -50,7 +51,8 @@ def add_volume(scene: bpy.types.Scene, low, high) -> bool:
     obj = _placed(scene, data, Matrix.Translation(middle) @ Matrix.Diagonal((*(MARGIN * side / 2 for side in sides), 1.0)))
     view = next(layer for layer in scene.view_layers if layer.use)
     with bpy.context.temp_override(scene=scene, view_layer=view, active_object=obj, object=obj, selected_objects=[obj]):
-        return bpy.ops.object.lightprobe_cache_bake(subset="ALL") == {"FINISHED"}
+        if bpy.ops.object.lightprobe_cache_bake(subset="ALL") != {"FINISHED"}:
+            raise ReflectError("EEVEE did not bake its volume probe.", "Leave eevee out of the methods.")
 
 
 def _placed(scene: bpy.types.Scene, data, matrix: Matrix) -> bpy.types.Object:

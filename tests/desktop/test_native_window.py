@@ -11,6 +11,7 @@ def test_materials_mirror_the_room_and_go_again():
     assert "08-removed-rendered" in found["steps"]
 
 
+@pytest.mark.slow
 @pytest.mark.alone
 @pytest.mark.desktop
 def test_methods_are_switched_live():
@@ -18,6 +19,7 @@ def test_methods_are_switched_live():
     assert "03-light_field-material" in found["steps"]
 
 
+@pytest.mark.slow
 @pytest.mark.alone
 @pytest.mark.desktop
 def test_reflections_follow_and_old_assets_change_nothing():

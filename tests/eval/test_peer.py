@@ -53,7 +53,7 @@ class Draws:
             value = np.full((job.size[1], job.size[0], 3), 0.25 * (number + 1), np.float32)
             write_multilayer(folder / f"picture{number}.exr", value)
         time = {"compile": 2.0, "seconds": 1.5, "busy": 2.5, "sample": 0.1}
-        return {"replaced": ["Glass"], "times": [time] * len(job.settings), "volume": True, "set_up": 3.0, "groups": [], "device": DEVICE}
+        return {"replaced": ["Glass"], "times": [time] * len(job.settings), "set_up": 3.0, "groups": [], "device": DEVICE}
 
 
 def write_multilayer(path, value):
