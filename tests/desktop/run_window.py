@@ -20,7 +20,7 @@ def story():
     install()
     yield 2.0
     yield from arrange()
-    methods = [m.NAME for m in part("core.methods").all_methods() if m.NAME != "virtual_objects"]  # minutes here: run_virtual.py bakes them
+    methods = [m.NAME for m in part("core.methods").all_methods()]
     set_small()
     off = picture("01-opened")
 
