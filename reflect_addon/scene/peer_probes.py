@@ -1,9 +1,9 @@
 """The light probes of EEVEE's own pictures, set up as its manual says.
 
 Sphere probes see what reflectors mirror: one at the centre of each reflector named, whose parallax is a sphere that holds the scene, and in a
-room one in the room's middle whose parallax is the room's box. Plane probes draw what planar mirrors show. A volume probe over the scene
-carries light that arrives by way of other surfaces: without one a sphere probe sees only what lamps and world light directly, and in
-`columns`, whose lamps face down, its ceiling was black.
+room one in the room's middle whose parallax is the room's box. Plane probes draw what planar mirrors show. In a room a volume probe over the
+scene carries light that arrives by way of other surfaces: without one a sphere probe sees only what lamps and world light directly, and in
+`columns`, whose lamps face down, its ceiling was black. In open scenes it darkens what the other probes bring (docs/decisions.md), and there is none.
 """
 
 import bpy

@@ -27,8 +27,11 @@ def materials():
 
 
 def nodes(tree):
-    """A tree's nodes with the values of their sockets, and its links."""
-    values = [(n.name, n.bl_idname, *(repr(getattr(s, "default_value", None)) for s in n.inputs)) for n in tree.nodes]
+    """A tree's nodes with their settings and their sockets' values, and its links."""
+    values = [
+        ([repr(getattr(n, p.identifier)) for p in n.bl_rna.properties if p.type != "COLLECTION"], [repr(getattr(s, "default_value", None)) for s in n.inputs])
+        for n in tree.nodes
+    ]
     return values, [(link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier) for link in tree.links]
 
 

@@ -1,15 +1,18 @@
 """The bench of node groups in EEVEE: its room is a box, and what its rows say of pictures that are given."""
 
+import bpy
 import numpy as np
 import pytest
 
 from reflect_addon.core.errors import ReflectError
-from reflect_addon.evaluation import bench, bench_eevee, bench_eevee_overlay, peer_places
+from reflect_addon.evaluation import bench, bench_eevee, bench_eevee_overlay, peer, peer_places
 from reflect_addon.evaluation import bench_eevee_scene as scenes
 from reflect_addon.evaluation.bench import Target
 from reflect_addon.evaluation.bench_eevee import Found, Line
 from reflect_addon.evaluation.bench_eevee_overlay import Pair
 from reflect_addon.evaluation.frame import open_frame
+from reflect_addon.evaluation.raymap_numpy import numpy_ray_map
+from reflect_addon.scene.camera import camera_of
 
 GREY = np.full((4, 4, 3), 0.5, np.float32)
 TOLD = {"nodes": 1200, "look_ups": 9, "images": 1, "image_bytes": 2e6}
@@ -20,15 +23,25 @@ def line(name, flip, seconds=1.0):
     return Line(name, flip, seconds, 0.1, 2.0, TOLD if ours else {}, 3.0 if ours else None, GREY)
 
 
+def job_of(scene, snapshot):
+    camera = camera_of(scene, None, 16, 12)
+    return peer.job_of(scene, scene.camera.name, camera, snapshot, numpy_ray_map(snapshot, camera))
+
+
 def found(ours, theirs, without=(), case=scenes.CASES[0]):
     return Found(case, tuple(ours), tuple(theirs), tuple(without), GREY)
 
 
-def test_the_room_is_a_box_with_a_ball():
-    with open_frame(scenes.box_room(), None) as snapshot:
+def test_the_room_is_a_box_with_a_ball_and_only_rooms_have_a_volume():
+    scene = scenes.box_room()
+    with open_frame(scene, None) as snapshot:
         (ball,) = snapshot.reflectors()
         box = peer_places.room(snapshot, [ball.object_name])
         assert np.allclose(box.half, np.array(scenes.ROOM) / 2, atol=1e-3) and np.allclose(box.centre, (0, 0, scenes.ROOM[2] / 2), atol=1e-3)
+        assert job_of(scene, snapshot).volume
+    bpy.data.objects["Wall 0"].hide_render = True
+    with open_frame(scene, None) as snapshot:
+        assert not job_of(scene, snapshot).volume
 
 
 def test_the_best_of_both_sides_are_compared():

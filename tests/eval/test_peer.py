@@ -98,6 +98,7 @@ def test_a_row_for_each_setting_with_nothing_made_up(tiny, drawn, tmp_path, capf
         assert all(getattr(row, name) is None for name in missing)
         assert row.counts["frame_s"] == 1.5 and row.counts["frame_cpu_s"] == 2.5 and row.counts["compile_s"] == 2.0
         assert any("no hit points" in n for n in row.notes) and any("Glass" in n for n in row.notes)
+        assert not any("volume" in n for n in row.notes), "the scene is open"
         assert set(row.pictures) == {"frame", "truth", "answer", "difference"}
         assert all((tmp_path / p).is_file() for p in row.pictures.values())
     assert rows[0].pictures["answer"] != rows[1].pictures["answer"]
