@@ -36,16 +36,22 @@ def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
     if first == last:
         return before
     k.cite("popescu-2006 4.3: intersect r with every depth map")
-    return each_row(k, asset, first, last, before, lambda of, i, found: _meet(k, of, ray, start, i, found, search or along_row))
+
+    def meet(of, i, found):
+        may, along, radius = _ball(k, of, ray, start, i, found[0])
+        return k.branch(may, lambda: _within(k, of, ray, start, i, found, search or along_row, along, radius), lambda: found)
+
+    return each_row(k, asset, first, last, before, meet, may=lambda of, i, distance: _ball(k, of, ray, start, i, distance)[0])
 
 
-def _meet(k, asset, ray, start, i, before, search):
+def _ball(k, asset, ray, start, i, distance):
+    """(whether the ray meets the map's bounding sphere before `distance`, the way along it to the sphere's middle, its radius)."""
     ball = k.name("ball", fetch(k, asset, "ball", i))
     to = ball.xyz - start
     along = k.name("along", k.dot(to, ray.direction))
     beside = k.name("beside", to - ray.direction * along)
-    may = (k.dot(beside, beside) < ball.w * ball.w) & (along + ball.w > 0.0) & (along - ball.w < before[0])
-    return k.branch(may, lambda: _within(k, asset, ray, start, i, before, search, along, ball.w), lambda: before)
+    met = (k.dot(beside, beside) < ball.w * ball.w) & (along + ball.w > 0.0) & (along - ball.w < distance)
+    return met, along, ball.w
 
 
 def _within(k, asset, ray, start, i, before, search, along, radius):
@@ -56,15 +62,15 @@ def _within(k, asset, ray, start, i, before, search, along, radius):
     zd, xd, yd = (k.dot(ray.direction, r.xyz) for r in (z_row, x_row, y_row))
     k.cite("popescu-2006 4.3 step 2: clip r with the six planes of the frustum, in homogeneous coordinates")
     t0, t1 = k.max(along - radius, limits.z), k.min(along + radius, before[0])
-    for a, b in (
-        (z0 - x0, zd - xd),
-        (z0 + x0, zd + xd),
-        (z0 - y0, zd - yd),
-        (z0 + y0, zd + yd),
-        (z0 - limits.x, zd),
-        (limits.y - z0, -zd),
+    for inside, loss in (
+        (z0 - x0, xd - zd),
+        (z0 + x0, -xd - zd),
+        (z0 - y0, yd - zd),
+        (z0 + y0, -yd - zd),
+        (z0 - limits.x, -zd),
+        (limits.y - z0, zd),
     ):
-        t0, t1 = _clip(k, a, b, t0, t1)
+        t0, t1 = _clip(k, inside, loss, t0, t1)
     t0, t1 = k.name("t0", t0), k.name("t1", t1)
 
     def project_and_search():
@@ -82,10 +88,10 @@ def _within(k, asset, ray, start, i, before, search, along, radius):
     return k.branch(t0 < t1, project_and_search, lambda: before)
 
 
-def _clip(k, a, b, t0, t1):
-    """The part of t0..t1 where a + b t >= 0; empty (t0 > t1) where there is none."""
-    t = -a / k.away_from_zero(b, 1e-20)
-    entering = b >= 0.0
+def _clip(k, inside, loss, t0, t1):
+    """The part of t0..t1 where inside - loss t >= 0; empty (t0 > t1) where there is none."""
+    t = inside / k.away_from_zero(loss, 1e-20)
+    entering = loss < 0.0
     return k.select(entering, k.max(t0, t), t0), k.select(entering, t1, k.min(t1, t))
 
 

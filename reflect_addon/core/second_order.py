@@ -166,8 +166,9 @@ def _mirrored(k, asset, ray, start, met, nearest, again):
 
 
 def _tertiary_hit(k, asset, tertiary, start, row, nearest, again):
-    """A mirror's ray looks at all diffuse stand-ins, and at mirrors if it goes on again; a glossy one's neither at the lamps,
-    whose light it has, nor at what is glossy, itself among them, nor at mirrors."""
+    """A mirror's ray looks at all diffuse stand-ins, and at mirrors if it goes on again; a glossy one's neither at the lamps, whose
+    light it has, nor at mirrors, and of what is glossy only at the quads, as they were captured: it starts on a depth map, whose hit it
+    would be, and never meets a quad that it starts on."""
     count, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
 
     def looks(last: int):
@@ -184,9 +185,13 @@ def _tertiary_hit(k, asset, tertiary, start, row, nearest, again):
     if not glossy:
         return off_a_mirror()
     lit = count - glossy - asset.options["lamps"]
-    if not mirrors:
-        return looks(lit)
-    return k.branch(row < count - 0.5, lambda: looks(lit), off_a_mirror)
+
+    def off_gloss():
+        quads = count - glossy, count - (asset.options["glossy_maps"] if "glossy_maps" in asset.options else 0)
+        found = looks(lit)
+        return found if quads[0] == quads[1] else tuple(nearest(k, asset, tertiary, start, *quads, before=found))
+
+    return k.branch(row < count - 0.5, off_gloss, off_a_mirror) if mirrors else off_gloss()
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from ..core.kernel.program import Names, type_of
 from ..core.kernel.regions import Outline
 from ..core.kernel.schedule import schedule
 from .node_control import ControlFlow
-from .node_images import Place, fetch_group, images_from, sample_group
+from .node_images import Place, images_from, sample_group
 from .node_operations import NodeScope, Parts, part_kinds, parts_of
 from .node_tree import TreeBuilder
 
@@ -54,7 +54,7 @@ class _Emitter(ControlFlow):
         self.groups: dict[object, bpy.types.NodeTree] = {}  # look-ups and regions, by what they do
 
     def open(self, name: str) -> NodeScope:
-        return NodeScope(TreeBuilder(name), self.leaf, self.look_up)
+        return NodeScope(TreeBuilder(name), self.leaf, lambda image: self.images[image], self.sampler)
 
     def emit(self) -> bpy.types.NodeTree:
         build = self.root.build
@@ -117,11 +117,10 @@ class _Emitter(ControlFlow):
             sockets.append(build.finish(node).outputs[0])
         return tuple(sockets)
 
-    def look_up(self, op: str, image: str) -> bpy.types.NodeTree:
-        key = (op, image)
-        if key not in self.groups:
-            self.groups[key] = {"fetch": fetch_group, "sample": sample_group}[op](f"{self.name} {op} {image}", self.images[image])
-        return self.groups[key]
+    def sampler(self, image: str) -> bpy.types.NodeTree:
+        if image not in self.groups:
+            self.groups[image] = sample_group(f"{self.name} sample {image}", self.images[image])
+        return self.groups[image]
 
     def block(self, region: Region) -> None:
         for node in self.plan.blocks[region]:

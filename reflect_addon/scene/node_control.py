@@ -3,8 +3,8 @@
 Problem. A kernel branches and loops; a shader tree is a list of nodes that are all computed.
 Idea. EEVEE keeps Repeat zones as loops of the shader, and how often one repeats may be a value of the ray. So a loop is a zone. Both sides of a
 branch are computed and the right one is kept, but the loops within a side repeat only where it is taken: its condition is a `gate`, by which
-their counts are multiplied. A loop that stops early goes on in blocks of BLOCK steps, and a block begins only while the ray is running; within
-it a ray that has stopped keeps its states. (A side, or a step, in a zone of 0 or 1 turns was tried: software OpenGL runs a loop's body once
+their counts are multiplied. A loop that stops early goes on in blocks, the first of FIRST steps, since most rays stop there, and a block begins only while the ray is
+running; within it a ray that has stopped keeps its states. (A side, or a step, in a zone of 0 or 1 turns was tried: software OpenGL runs a loop's body once
 more than it repeats, so one turn cost two and zones in zones four.) All that a zone reads goes in as one of its items, changed or not:
 Blender 5.2 writes a zone's nodes in the order of their links, and what only the inside asks for is declared inside, where what comes after
 the zone cannot see it ("undeclared" in the shader's log, and a pink surface).
@@ -23,7 +23,7 @@ from ..core.kernel.recorder import MOST_STEPS
 from .node_operations import NodeScope, Parts, part_kinds
 from .node_tree import Source
 
-BLOCK = 4  # steps of a loop between two looks at whether the ray still runs
+FIRST, BLOCK = 4, 16  # steps of a loop that stops: up to the first look at whether the ray still runs, and to each further one
 
 
 class ControlFlow:
@@ -50,13 +50,14 @@ class ControlFlow:
             return [tuple(next(sockets) for _ in part_kinds(type_)) for _, type_, _ in items]
 
         inside = split(enter.outputs[1:])
-        outer = dict(scope.values), dict(scope.inverted)
+        outer = dict(scope.values), dict(scope.inverted), dict(scope.addresses)
         self.gate = None
         if held:
             scope.values.update(zip(reads, inside[len(states) :]))
             scope.inverted.clear()
+            scope.addresses.clear()
         new = [*body(enter.outputs[0], inside[: len(states)]), *inside[len(states) :]]
-        scope.values, scope.inverted = outer
+        scope.values, scope.inverted, scope.addresses = outer
         self.gate = gate
         for socket, source in zip(leave.inputs, [part for parts in new for part in parts]):
             scope.build.plug(socket, source)
@@ -111,20 +112,25 @@ class ControlFlow:
             return self.zone(count, states, reads, lambda step, parts: self.body(loop, live, step, parts)[0])
         kinds = [kind for _, kind, _ in states]
         states = [*states, ("running", "float", (1.0,))]
-        if loop.count is not None and loop.count <= BLOCK:
+        if loop.count is not None and loop.count <= FIRST:
             return self.zone(count, states, reads, lambda step, parts: self.step(loop, live, kinds, step, parts))[:-1]
 
         def block(number, parts):
             (running,), (count,) = parts[-2:]
-            begin = build.math("MULTIPLY", number, float(BLOCK))
-            steps = build.math("MULTIPLY", running, build.math("MINIMUM", build.math("SUBTRACT", count, begin), float(BLOCK)))
+            ends = build.math("MULTIPLY", number, float(BLOCK))
+            end = build.math("MAXIMUM", ends, float(FIRST))
+            begin = build.math("MINIMUM", ends, build.math("MAXIMUM", build.math("SUBTRACT", ends, float(BLOCK)), float(FIRST)))
+            steps = build.math("MULTIPLY", running, build.math("SUBTRACT", build.math("MINIMUM", count, end), begin))
             inside = [(name, kind, part) for (name, kind, _), part in zip(states, parts)] + [("begin", "float", (begin,))]
             new = self.zone(steps, inside, reads, lambda step, inner: [
                 *self.step(loop, live, kinds, build.math("ADD", step, inner[-1][0]), inner[:-1]), inner[-1]])  # fmt: skip
             return [*new[:-1], (count,)]
 
-        blocks = -(-loop.count // BLOCK) if loop.count is not None else build.math("CEIL", build.math("MULTIPLY", count, 1.0 / BLOCK))
-        return self.zone(float(blocks) if loop.count is not None else blocks, [*states, ("count", "float", (count,))], reads, block)[:-2]
+        if loop.count is not None:
+            blocks = 1.0 + -(-loop.count // BLOCK)
+        else:
+            blocks = build.math("ADD", build.math("CEIL", build.math("MULTIPLY", count, 1.0 / BLOCK)), build.math("GREATER_THAN", count, float(FIRST)))
+        return self.zone(blocks, [*states, ("count", "float", (count,))], reads, block)[:-2]
 
     def step(self, loop, live, kinds: list[str], step: Source, parts: list[Parts]) -> list[Parts]:
         """A step of a loop that stops, as it is where the ray has stopped: new states and whether it runs on."""

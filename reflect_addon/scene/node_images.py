@@ -1,4 +1,4 @@
-"""Images for shader nodes, and the two node groups that read them: an exact texel, and a bilinear sample of four.
+"""Images for shader nodes, and how nodes read them: an exact texel, and, as a group, a bilinear sample of four.
 
 Problem. A method may have seven images; a material has a few samplers for all its textures, and artists a list to look through.
 Idea. An asset's images become at most MOST data-blocks of the file: of those of one precision the smallest lie together in one, one above
@@ -17,7 +17,7 @@ import numpy as np
 from ..core.asset_images import size_of, texels
 from ..core.asset_places import file_name
 from .node_report import images_of
-from .node_tree import TreeBuilder
+from .node_tree import Source, TreeBuilder
 
 MOST = 4  # data-blocks of a group: EEVEE binds a dozen textures of its own, OpenGL promises 16 a shader, and a material may have others
 TALLEST = 16384  # texels along a side that graphics cards hold
@@ -127,53 +127,44 @@ def _beside(path: str) -> str:
         return path
 
 
-def fetch_group(name: str, place: Place) -> bpy.types.NodeTree:
-    """X, Y -> Color, Alpha of texel (floor X, floor Y), clamped to the edge."""
-    build = _look_up_group(name)
-    build.results(*_texel(build, place, *(_address(build, place, k, build.math("FLOOR", at)) for k, at in enumerate(build.inputs.outputs[:2]))))
-    return build.tree
-
-
 def sample_group(name: str, place: Place) -> bpy.types.NodeTree:
     """X, Y in texels (centres at + 0.5) -> Color, Alpha: bilinear of four fetches, as k.sample states it."""
-    build = _look_up_group(name)
+    build = TreeBuilder(name)
+    for socket in ("X", "Y"):
+        build.socket(socket, "Float", is_output=False)
+    build.socket("Color", "Vector", is_output=True)
+    build.socket("Alpha", "Float", is_output=True)
     low, high, weight = [], [], []
     for axis, coordinate in enumerate(build.inputs.outputs[:2]):
         shifted = build.math("SUBTRACT", coordinate, 0.5)
         first = build.math("FLOOR", shifted)
         weight.append(build.math("SUBTRACT", shifted, first))
-        low.append(_address(build, place, axis, first))
-        high.append(_address(build, place, axis, build.math("ADD", first, 1.0)))
-    t00, t10, t01, t11 = (_texel(build, place, x, y) for y in (low[1], high[1]) for x in (low[0], high[0]))
+        low.append(address(build, place, axis, first))
+        high.append(address(build, place, axis, build.math("ADD", first, 1.0)))
+    t00, t10, t01, t11 = (texel(build, place, x, y) for y in (low[1], high[1]) for x in (low[0], high[0]))
     bottom = _mix(build, t00, t10, weight[0])
     top = _mix(build, t01, t11, weight[0])
     build.results(*_mix(build, bottom, top, weight[1]))
     return build.tree
 
 
-def _look_up_group(name: str) -> TreeBuilder:
-    build = TreeBuilder(name)
-    for socket in ("X", "Y"):
-        build.socket(socket, "Float", is_output=False)
-    build.socket("Color", "Vector", is_output=True)
-    build.socket("Alpha", "Float", is_output=True)
-    return build
-
-
-def _address(build: TreeBuilder, place: Place, axis: int, texel):
+def address(build: TreeBuilder, place: Place, axis: int, whole: Source) -> Source:
     """The data-block's coordinate (0 to 1) of a whole texel of the image, clamped to its edge. By numbers and not by vectors: what a node does not
     use of its inputs lies in the shader's uniform block as well (node_report.py)."""
+    last, texels = place.size[axis] - 1.0, place.image.size[axis]
+    per_texel, begin = 1.0 / texels, (place.at[axis] + 0.5) / texels
+    if isinstance(whole, float):
+        return min(max(whole, 0.0), last) * per_texel + begin
     # Clamped here and not by the texture: Cycles turns coordinates beyond an int's range into texel 0.
     clamp = build.node("ShaderNodeClamp")
-    for socket, source in zip(clamp.inputs, (texel, 0.0, place.size[axis] - 1.0)):
+    for socket, source in zip(clamp.inputs, (whole, 0.0, last)):
         build.plug(socket, source)
-    whole = place.image.size[axis]
-    return build.math("MULTIPLY_ADD", build.finish(clamp).outputs[0], 1.0 / whole, (place.at[axis] + 0.5) / whole)
+    return build.math("MULTIPLY_ADD", build.finish(clamp).outputs[0], per_texel, begin)
 
 
-def _texel(build: TreeBuilder, place: Place, x, y):
+def texel(build: TreeBuilder, place: Place, x: Source, y: Source, label: str = "") -> tuple[Source, Source]:
     """(color, alpha) at a coordinate."""
-    look_up = build.node("ShaderNodeTexImage", image=place.image, interpolation="Closest", extension="EXTEND")
+    look_up = build.node("ShaderNodeTexImage", label, image=place.image, interpolation="Closest", extension="EXTEND")
     build.plug(look_up.inputs["Vector"], build.combine(x, y))
     build.finish(look_up)
     return look_up.outputs["Color"], look_up.outputs["Alpha"]

@@ -10,6 +10,8 @@ import bpy
 
 from ..core.kernel.graph import SIZES, Node
 from ..core.kernel.nonzero import is_nonzero
+from ..core.kernel.whole import is_whole
+from .node_images import Place, address, texel
 from .node_tree import Source, TreeBuilder
 
 HUGE = 1e30  # stands for infinity: far above FAR, yet its products with scene sizes stay finite
@@ -23,12 +25,16 @@ Parts = tuple[Source, ...]  # of a value: (float,), (vector,) or (vector, float)
 
 
 class NodeScope:
-    """The values of one tree. leaf: the parts of what no statement of the tree computes; look_up: the group that reads an image."""
+    """The values of one tree. leaf: the parts of what no statement of the tree computes; place, sampler: of an image where it lies, and the
+    group that samples it."""
 
-    def __init__(self, build: TreeBuilder, leaf: Callable[[Node], Parts], look_up: Callable[[str, str], bpy.types.NodeTree]):
-        self.build, self.leaf, self.look_up = build, leaf, look_up
+    def __init__(
+        self, build: TreeBuilder, leaf: Callable[[Node], Parts], place: Callable[[str], Place], sampler: Callable[[str], bpy.types.NodeTree]
+    ):
+        self.build, self.leaf, self.place, self.sampler = build, leaf, place, sampler
         self.values: dict[Node, Parts] = {}
         self.inverted: dict[Node, Source] = {}  # condition -> 1 - condition
+        self.addresses: dict[tuple, Source] = {}  # (image, axis, texel) -> coordinate
 
     def get(self, node: Node) -> Parts:
         if node not in self.values:
@@ -38,8 +44,10 @@ class NodeScope:
     def operation(self, node: Node) -> tuple[Source, ...]:
         """The parts of a statement that is no loop and no branch."""
         build, op, args = self.build, node.op, [self.get(a) for a in node.args]
-        if op in ("fetch", "sample"):
-            color, alpha = build.group(self.look_up(op, node.data), args[0][0], args[1][0], label=node.name)
+        if op == "fetch":
+            return self.fetch(node)
+        if op == "sample":
+            color, alpha = build.group(self.sampler(node.data), args[0][0], args[1][0], label=node.name)
             return color, alpha
         if op in ("lt", "le", "eq", "and", "or", "not"):
             return (self.logic(node, *(a[0] for a in args)),)
@@ -59,6 +67,17 @@ class NodeScope:
         if op == "cross":
             return (build.vector("CROSS_PRODUCT", args[0][0], args[1][0], label=node.name),)
         return self.elementwise(node, args)
+
+    def fetch(self, node: Node) -> tuple[Source, Source]:
+        """An exact texel; what several look-ups have in common of an address is computed once."""
+        place = self.place(node.data)
+        for axis, at in enumerate(node.args):
+            if (key := (node.data, axis, at)) not in self.addresses:
+                source = self.get(at)[0]
+                if not is_whole(at):
+                    source = self.build.math("FLOOR", source)
+                self.addresses[key] = address(self.build, place, axis, source)
+        return texel(self.build, place, *(self.addresses[node.data, axis, at] for axis, at in enumerate(node.args)), label=node.name)
 
     def logic(self, node: Node, a: Source, b: Source = 0.0) -> Source:
         math, op = self.build.math, node.op
@@ -131,18 +150,24 @@ class NodeScope:
         return self.inverted[condition]
 
     def select(self, condition: Node, a: tuple, b: tuple, kind: str, label: str = "") -> tuple[Source, ...]:
-        return self.keep(self.get(condition)[0], self.otherwise(condition), a, b, kind, label)
+        constant = all(isinstance(x, float) and isinstance(y, float) for x, y in zip(a, b))
+        return self.keep(self.get(condition)[0], 0.0 if constant else self.otherwise(condition), a, b, kind, label)
 
     def keep(self, yes: Source, no: Source, a: tuple, b: tuple, kind: str, label: str = "") -> tuple[Source, ...]:
         """a * yes + b * no: exact, where a Mix node's a + (b - a) t would cancel between FAR and a metre."""
         results = []
         for part, (x, y) in enumerate(zip(a, b)):
-            if SIZES[kind] == 1 or part == 1:
-                rest = 0.0 if y == 0.0 else self.build.math("MULTIPLY", y, no)
-                results.append(self.build.math("MULTIPLY_ADD", x, yes, rest, label=label))
+            is_float = SIZES[kind] == 1 or part == 1
+            make, zero = (self.build.math, 0.0) if is_float else (self.build.vector, (0.0, 0.0, 0.0))
+            if is_float and (x, y) == (1.0, 0.0):
+                results.append(yes)
+            elif is_float and isinstance(x, float) and isinstance(y, float) and (x - y) + y == x:
+                results.append(make("MULTIPLY_ADD", yes, x - y, y, label=label))
+            elif x == zero:
+                results.append(make("MULTIPLY", y, no, label=label))
             else:
-                rest = (0.0, 0.0, 0.0) if y == (0.0, 0.0, 0.0) else self.build.vector("MULTIPLY", y, no)
-                results.append(self.build.vector("MULTIPLY_ADD", x, yes, rest, label=label))
+                rest = zero if y == zero else make("MULTIPLY", y, no)
+                results.append(make("MULTIPLY_ADD", x, yes, rest, label=label))
         return tuple(results)
 
 

@@ -127,7 +127,7 @@ def test_what_a_group_costs(fresh_file, rng):
     assert (kept.look_ups, kept.zones, kept.images) == (5, 1, ("C t_tx", "C u_buf"))
     assert kept.megabytes == pytest.approx((15 * 8 + 16 * 16) / 1e6)
     assert not kept.cycles and unrolled.cycles
-    assert kept.inlined > kept.own and kept.groups == 2  # a look-up and a sample
+    assert kept.inlined > kept.own and kept.groups == 1  # a sample
     assert "5 image look-ups" in kept.sentence() and kept.sentence().endswith("for EEVEE")
 
 

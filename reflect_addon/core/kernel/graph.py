@@ -34,7 +34,7 @@ class Region:
         return region is other
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)  # the whole expression as text: a failed test would fill the memory with it
 class Node:
     """One operation. id grows in recording order, so operands always have smaller ids than what uses them."""
 

@@ -13,11 +13,17 @@ def is_nonzero(node: Node) -> bool:
         return any(a.op == "const" and min(a.data) > 0 for a in node.args)
     if node.op in ("sqrt", "neg", "abs", "vec"):
         return all(map(is_nonzero, node.args))
+    if node.op == "mul":
+        return all(map(is_nonzero, node.args)) and any(map(_is_sign, node.args))  # other products may be too small for a float
     if node.op == "select":
         condition, a, b = node.args
         a_is_sure = is_nonzero(a) or _excludes_zero(condition, a, chosen_when=True)  # select(|a| > 1e-12, a, 1)
         return a_is_sure and (is_nonzero(b) or _excludes_zero(condition, b, chosen_when=False))
     return False
+
+
+def _is_sign(node: Node) -> bool:
+    return node.op == "select" and all(a.op == "const" and set(map(abs, a.data)) == {1.0} for a in node.args[1:])
 
 
 def _excludes_zero(condition: Node, value: Node, chosen_when: bool) -> bool:

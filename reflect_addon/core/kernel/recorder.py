@@ -101,7 +101,7 @@ class Recorder:
 
     def away_from_zero(self, a, least: float = 1e-20) -> Value:
         """a, its magnitude raised to `least`, its sign kept (0 and -0 count as positive): a safe float divisor."""
-        return self.select(self.abs(a) < least, self.select(a < 0.0, -least, least), a)
+        return self.max(self.abs(a), least) * self.select(a < 0.0, -1.0, 1.0)
 
     def equal(self, a, b) -> Value:
         return compare(self.graph, "eq", a, b)

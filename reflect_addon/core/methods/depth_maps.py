@@ -231,10 +231,11 @@ def nearest(k, asset, ray, start, first: int, last: int, search=None, before=bil
     )
     found, high = before, 0
     for rows, maps, of, how in groups:
-        low, high = high, high + rows
-        if first <= low and high <= last:
-            found = billboard_kernel.nearest(k, asset, ray, start, low, high - maps, found)
-            found = depth_kernel.nearest(k, of, ray, start, found, high - maps, high, how)
+        low, middle, high = high, high + rows - maps, high + rows
+        if first <= low and middle <= last:
+            found = billboard_kernel.nearest(k, asset, ray, start, low, middle, found)
+        if first <= middle and high <= last:
+            found = depth_kernel.nearest(k, of, ray, start, found, middle, high, how)
     return found
 
 
