@@ -80,8 +80,8 @@ def capture(job: BakeJob, quads: list[Quad]) -> list[Texels]:
     viewers = job.scene.bounds([job.reflector])
     most = int(job.settings["texels"])
     by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
-    kind = most, is_on(job)
-    found = [job.shared.get((quad, *kind)) if quad.shared else None for quad in quads]
+    keys = [(quad, most, is_on(job), is_own(job, quad)) for quad in quads]
+    found = [job.shared.get(key) if quad.shared else None for quad, key in zip(quads, keys, strict=True)]
     missing = [i for i, texels in enumerate(found) if texels is None]
     parts = [
         part(job, quads[i], by_name[quads[i].instance], most if quads[i].shared else quads[i].enough(most, viewers))
@@ -90,8 +90,13 @@ def capture(job: BakeJob, quads: list[Quad]) -> list[Texels]:
     hits = _trace_all(job, parts)
     for i, texels in zip(missing, _filled(job, [quads[i] for i in missing], parts, hits, viewers), strict=True):
         found[i] = texels
-    job.shared.update({(quad, *kind): texels for quad, texels in zip(quads, found, strict=True) if quad.shared})
+    job.shared.update({key: texels for quad, key, texels in zip(quads, keys, found, strict=True) if quad.shared})
     return [texels.coarser(quad.size(quad.enough(most, viewers))) for quad, texels in zip(quads, found, strict=True)]
+
+
+def is_own(job: BakeJob, quad: Quad) -> bool:
+    """Whether it is a flat part of the reflector itself, which stands as lit."""
+    return quad.shared and quad.instance == job.reflector.name
 
 
 def part(job: BakeJob, quad: Quad, instance: Instance, texels: int) -> Part:
@@ -134,8 +139,9 @@ def _trace(job: BakeJob, bundles: list[Rays], hide: tuple[str, ...], glossy: boo
 
 def _filled(job: BakeJob, quads: list[Quad], parts: list[Part], hits: list[Hits], viewers) -> list[Texels]:
     corners = corners_of(viewers)
-    mirrors = [mirror_of(job.scene, part.instance) for part in parts]
-    glossy = [glossy_of(job.scene, part.instance) if is_on(job) else None for part in parts]
+    lit = [is_own(job, quad) for quad in quads]
+    mirrors = [None if own else mirror_of(job.scene, part.instance) for own, part in zip(lit, parts, strict=True)]
+    glossy = [glossy_of(job.scene, part.instance) if is_on(job) and not own else None for own, part in zip(lit, parts, strict=True)]
     shares = [
         mirror and billboard_mirrors.share_of(job, part.instance, mirror, part.rays, part.distance)[part.solid]
         for part, mirror in zip(parts, mirrors, strict=True)

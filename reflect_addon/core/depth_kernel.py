@@ -11,8 +11,8 @@ Degenerate rays need no case of their own. Through the camera's eye: the project
 SHORTEST and the ray meets the segment above that point. Parallel to the image plane: q is constant. From behind the
 camera, or beside it: clipped. In the surface: hit where it enters.
 
-Where we depart. A bounding sphere comes before the six planes, so that a ray that passes the object costs one fetch. The
-walk starts at the ray's end of the row and ends at the first hit; with more than LINEAR points it starts by bisection. The
+Where we depart. A bounding sphere comes before the six planes, and the spheres of all maps before any map, so that a ray that passes an
+object costs one fetch and no step of the search: what one ray searches, all that run with it wait for. The walk starts at the ray's end of the row and ends at the first hit; with more than LINEAR points it starts by bisection. The
 hit on the poly-line is then moved onto the map itself (depth_refine.py; settings["refine"]: also of what is only lit).
 """
 

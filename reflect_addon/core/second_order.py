@@ -12,7 +12,8 @@ near. Beside its normal a texel therefore holds the height of the surface above 
 goes to the surface in RELIEF_STEPS steps of a fixed-point iteration [Szirmay-Kalos 2005, for distance maps].
 Orders of three and more are what the paper leaves open. settings["order"]: up to that order the tertiary ray looks among
 the reflective rows as well, and goes on from there in a loop; only the last one passes through mirrors.
-Limits. Mirrors do not show mirrors past that order. Where a mirror's reflector has no rows of itself the ray passes through it.
+A reflector that is flat all over has rows of itself, as lit: its own rays never meet them, a mirror's do. (The paper: no ray meets it.)
+Limits. Mirrors do not show mirrors past that order. Where another reflector has no rows of itself a mirror's ray passes through it.
 
 Rows of `billboard_buf`: the `count` = D diffuse ones, then the `mirrors` = R - 1 reflective ones. The position that is
 reported is the first hit: the place in the mirror that the eye looks at.

@@ -49,7 +49,7 @@ def measure(progress: Callable[[float, str], object]) -> list:
     found = []
     with temporary_folder("reflect-bench-") as folder:
         for number, case in enumerate(CASES):
-            case = replace(case, methods=ALL, bake=case.bake | SMALLER.get(case.name, {}))
+            case = replace(case, methods=ALL, bake=case.bake | SMALLER.get(case.name, {}), large=())
             found += pairs_of(case, folder, lambda s, t, n=number, c=case.name: progress((n + s) / len(CASES), f"Groups against overlay, {c}: {t}"))
     return [told(found), exhibit_of(found)]
 

@@ -2,14 +2,16 @@
 
 A bench that a person waits for: pictures are small, and bakes are the demo's, below the methods' defaults. Against EEVEE's own pictures stand the
 methods that are cheap to bake and, where those do not reach a third, depth maps, in the settings of somebody who wants EEVEE's frame time:
-self reflections only where they are needed, fewer points, no refinement, and texels of more paths, which cost a frame nothing (`kitchen`, of 34
-reflectors, has these and `box_proxy` alone: each further method is minutes of baking). The box room is baked in as many texels as EEVEE's probes
-have. Group and overlay are compared with all methods (bench_eevee_overlay.py).
+self reflections only where they are needed, fewer points, no refinement, and texels of more paths, which cost a frame nothing. `kitchen`, of 34
+reflectors, has these and `box_proxy` alone, since each further method is minutes of baking; EEVEE's best takes a minute for a frame there, so
+its depth maps are nearly the method's own, and its two large mirrors, most of the reflectors' pixels, have texels of still more paths. The box
+room is baked in as many texels as EEVEE's probes have. Group and overlay are compared with all methods (bench_eevee_overlay.py).
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -27,9 +29,12 @@ from ..core.methods import (
     light_field,
     sphere_proxy,
 )
+from ..core.snapshot import SceneSnapshot
+from ..scene.bake import bake_assets
 from ..scene.eevee_job import Groups, Job
+from ..scene.raytrace import trace
 from . import peer
-from .assets import Baked, assets_for
+from .assets import Baked, assets_for, baked_in
 from .bench_mirrors_scene import look, material, new_file
 from .bench_yu_scene import SAMPLES
 from .frame import open_frame
@@ -50,13 +55,19 @@ class Case:
     methods: tuple[str, ...]
     bake: dict = field(default_factory=lambda: BAKE)
     fast: dict = field(default_factory=dict)  # further settings where frames are timed
+    large: tuple[str, ...] = ()  # reflectors that fill much of the picture ...
+    finer: dict = field(default_factory=dict)  # ... and further settings of theirs
 
 
 CASES = (
     Case("contact", (*CHEAP, depth_maps.NAME), fast=LEAN | {"self_reflections": False}),
     Case("columns", CHEAP),
     Case("teapots", (*CHEAP, depth_maps.NAME), fast=LEAN | {"self_detail": 1, "maps": 2, "order": 2}),
-    Case("kitchen", (box_proxy.NAME, depth_maps.NAME), BAKE_OF_MANY, LEAN | {"self_reflections": False, "maps": 1, "order": 2, "turns": 12}),
+    Case(
+        "kitchen", (box_proxy.NAME, depth_maps.NAME), BAKE_OF_MANY,
+        {"samples": 32, "view_dependent": True, "self_reflections": False, "maps": 3, "turns": 30},
+        large=("Splashback", "Table top"), finer={"samples": 128},
+    ),  # fmt: skip
     Case("box room", (environment.NAME, *CHEAP), fast={"resolution": peer.PROBE_SIDE}),
 )
 
@@ -70,9 +81,21 @@ def baked_case(case: Case, size: tuple[int, int], folder: Path, say) -> Iterator
         baked = {}
         for number, name in enumerate(case.methods):
             share, part = 0.2 + 0.8 * number / len(case.methods), 0.8 / len(case.methods)
-            baked[name] = assets_for(scene, snapshot, name, folder, case.bake, lambda s, t, share=share, part=part: say(share + part * s, t))
+            baked[name] = _baked(scene, snapshot, case, name, folder, lambda s, t, share=share, part=part: say(share + part * s, t))
         job = peer.job_of(scene, judged.camera_name, judged.camera, snapshot, judged.ray_map)
         yield judged, baked, replace(job, groups=tuple(Groups(name, str(b.folder)) for name, b in baked.items()))
+
+
+def _baked(scene, snapshot: SceneSnapshot, case: Case, name: str, folder: Path, say) -> Baked:
+    first = 0.5 if case.large else 1.0
+    baked = assets_for(scene, snapshot, name, folder, case.bake, lambda s, t: say(first * s, t))
+    if not case.large:
+        return baked
+    bake_assets(
+        snapshot, (name,), baked.folder, reflectors=case.large, settings={**case.bake, **case.finer},
+        tracer=partial(trace, scene=scene), progress=lambda s, t: say(first + (1 - first) * s, t),
+    )  # fmt: skip
+    return baked_in(baked.folder, snapshot, name)
 
 
 def open_case(case: Case, folder: Path) -> bpy.types.Scene:

@@ -11,7 +11,7 @@ from mesh_scenes import MATTE, MIRROR, job, mirror_reflectance, smooth_mirror, s
 
 from reflect_addon.core import mirrors, spaces
 from reflect_addon.core.kernel import Counts, counted, emit_glsl, record, run_numpy
-from reflect_addon.core.methods import billboards
+from reflect_addon.core.methods import billboards, depth_maps
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.snapshot import Material, SceneSnapshot
 
@@ -333,3 +333,24 @@ def test_a_footprint_grows_at_a_curved_mirror(rng):
     rays = Rays(rays.origin[mirrored], rays.direction[mirrored])
     spread = [run_numpy(program, asset, rays, width, 0.0).radiance.std() for width in (0.0, 0.02, 0.1)]
     assert spread[0] > spread[1] > spread[2] and spread[2] < 0.75 * spread[0]
+
+
+@pytest.mark.parametrize("method", [billboards, depth_maps])
+def test_what_faces_only_a_mirror_is_seen_in_it(rng, method):
+    """A sheet looks at a mirror ball: in it it sees itself and the side of a block that is turned away from it."""
+    others = {"Other": ball((0, 0, 2.5), 1.0), "Block": trimesh.creation.box((0.8, 0.8, 0.4)).apply_translation([0.8, 0, 0.8])}
+    scene = snapshot(sheet(4, 4, material=MATTE), **others)
+    names = [i.name for i in scene.instances]
+    colours = np.array([{"Mirror": [1, 0.1, 0.1], "Block": [0.1, 1, 0.1]}.get(name, [0, 0, 0]) for name in names] + [[0, 0, 0]], float)
+    settings = {**method.DEFAULTS, **SETTINGS, "order": 2}
+    work = job(scene, settings, paint=lambda position, owner: colours[owner])
+    at = np.c_[rng.uniform(-1.5, 1.5, (6000, 2)), np.full(6000, 1e-3)]
+    rays = Rays(at.astype("f"), unit([0, 0, 2.5] + 0.9 * directions(rng, 6000) - at).astype("f"))
+    truth, found = work.trace(rays), answer(method.bake(work), rays, method.trace)
+    for of in range(2):
+        seen = (truth.object == names.index("Other")) & (truth.radiance.argmax(1) == of) & (truth.radiance.max(1) > 0.5)
+        assert seen.sum() > 100
+        assert np.median(np.abs(found.radiance - truth.radiance)[seen].max(1)) < 0.05
+    matte = job(snapshot(sheet(4, 4, material=MATTE), **{**others, "Other": ball((0, 0, 2.5), 1.0, MATTE)}), settings)
+    assert {q.instance for q in billboards.with_backdrop(matte, "billboards")[0]} == {"Other", "Block"}, "nothing goes on, nothing more is baked"
+    assert sum(q.instance == "Block" for q in billboards.quads_for(work)[0]) > sum(q.instance == "Block" for q in billboards.quads_for(matte)[0])

@@ -119,6 +119,25 @@ def test_what_is_glossy():
     assert found["Mirror"] is None, "a mirror is second order"
 
 
+@pytest.mark.parametrize("method", [billboards, depth_maps])
+def test_what_is_glossy_sees_what_is_glossy(rng, method):
+    """A satin wall over a satin table: the table's lobe shows the wall's picture, and not the map without it."""
+    wall = trimesh.creation.box((0.1, 8, 4)).apply_translation([3.0, 0, 1.0])
+    wall.metadata["material"] = PLASTIC
+    scene = scene_of(Wall=wall)
+    index = {i.name: k for k, i in enumerate(scene.instances)}
+    settings = {**billboards.DEFAULTS, **depth_maps.DEFAULTS, **SETTINGS, "view_dependent": True}
+    asset = method.bake(job(scene, settings, paint=lambda p, owner: np.where((owner == index["Wall"])[:, None], 1.5, 0.3 + 0 * p)))
+    assert asset.options["glossy"] >= 2
+    rays, at = to_the_table(rng, 3000)
+    onward = rays.direction * [1, 1, -1]
+    way = (2.95 - at[:, 0]) / np.maximum(onward[:, 0], 1e-3)
+    meets = (onward[:, 0] > 0.2) & (np.abs(at + way[:, None] * onward)[:, 1] < 3) & ((at + way[:, None] * onward)[:, 2] < 2.5)
+    assert meets.sum() > 50
+    shown = run_numpy(record(method.trace, asset), asset, rays).radiance[meets].mean(1)
+    assert np.median(shown) > 1.0
+
+
 def test_a_mirrors_ray_still_sees_the_picture(rng):
     """The last tertiary ray of a mirror, and whoever looks at the table in it, has the captured radiance."""
     scene = scene_of(Other=ball((1.6, 0.9, 0.0), 0.4))

@@ -9,6 +9,8 @@ environment map, captured without these objects, where it meets none (3.1, steps
     by a camera with a field of view of 10 degrees: one quad for each reflector.
   * What mirrors has texels with normals, for second-order reflections (second_order.py); what is glossy, too, where the
     setting view_dependent asks for shading at the hit (view_dependent.py).
+Rays that come off mirrors meet what the reflector cannot see: what faces one of them has quads too, and so has a reflector that is flat
+all over, as lit (its own rays start on these quads and never meet them). Without them such rays would look through to the empty map.
 A ground that goes on into the distance is no quad but a box over the environment map (ground_box.py, 3.2).
 Where we depart. No limit on how many (the paper: 17): quads are rows of a table that a loop fetches. Texels are not
 rendered by a camera but traced from just above the object's own surface, so that all objects of a bake are one bundle
@@ -30,6 +32,7 @@ from ..billboard_fit import Quad, flat_quads, volume_quad
 from ..billboard_mirrors import mirror_rows
 from ..clear_center import clear_center
 from ..flat_parts import contains
+from ..glossy import glossy_of, is_on
 from ..job import BakeJob
 from ..kernel import Hit
 from ..mirrors import mirror_of
@@ -98,6 +101,7 @@ def with_backdrop(job: BakeJob, kind: str) -> tuple[list[Quad], Asset]:
         quads, hidden = ground_map.in_the_map(job, ground, quads, hidden)
         seen_by = ground_map.mended(job, ground)
     backdrop = environment.capture(seen_by, kind, (job.reflector.object_name, *hidden), center)
+    quads = [*quads, *_own(job)]
     if ground is None:
         return quads, replace(backdrop, options={"ground": False})
     return quads, replace(backdrop, uniforms={**backdrop.uniforms, **ground.uniforms()}, options=ground.options())
@@ -114,14 +118,14 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     """(quads of all objects that the reflector can see, names of the objects that they stand for whole)."""
     low, high = job.scene.bounds([job.reflector])
     center = (low + high) / 2
-    corners = corners_of((low, high))
+    viewers = [corners_of((low, high)), *(corners_of(job.scene.bounds([other])) for other in _reflective(job))]
     quads: list[Quad] = []
     whole: dict[str, bool] = {}
     for instance in (*job.scene.instances, *job.scene.lamps):
         if instance.name == job.reflector.name or not instance.visible_glossy:
             continue
         flat, complete = _flat(job, instance, contains(job.scene, instance, center))
-        quads += [q for q in flat if q.faces(corners)]
+        quads += [q for q in flat if any(map(q.faces, viewers))]
         if not complete and not _encloses(job, instance, center):
             # The flat parts of a thing that stands as one quad would be seen twice.
             quads = [q for q in quads if q.instance != instance.name]
@@ -132,6 +136,21 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
         whole[instance.object_name] = whole.get(instance.object_name, True) and leaves
     whole.pop(job.reflector.object_name, None)  # other duplis of it are hidden with it as they are
     return quads, tuple(name for name, complete in whole.items() if complete)
+
+
+def _reflective(job: BakeJob) -> list[Instance]:
+    """The other things that rays go on from."""
+    key = ("reflective", is_on(job))
+    if key not in job.shared:
+        glossy = glossy_of if is_on(job) else lambda *_: None
+        job.shared[key] = [i for i in job.scene.instances if i.visible_glossy and (mirror_of(job.scene, i) or glossy(job.scene, i))]
+    return [i for i in job.shared[key] if i.name != job.reflector.name]
+
+
+def _own(job: BakeJob) -> list[Quad]:
+    """Quads of a reflector that is flat all over, where rays come back to it."""
+    flat, complete = _flat(job, job.reflector, False) if _reflective(job) else ([], False)
+    return flat if complete else []
 
 
 def _flat(job: BakeJob, instance: Instance, inside: bool) -> tuple[list[Quad], bool]:
