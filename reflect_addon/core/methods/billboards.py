@@ -148,8 +148,10 @@ def _reflective(job: BakeJob) -> list[Instance]:
 
 
 def _own(job: BakeJob) -> list[Quad]:
-    """Quads of a reflector that is flat all over, where rays come back to it."""
-    flat, complete = _flat(job, job.reflector, False) if _reflective(job) else ([], False)
+    """Quads of a reflector that is flat all over, where rays come back to it; none of a clear one, which they are to pass."""
+    if not _reflective(job) or any(job.scene.materials[m].refracts for m in job.reflector.materials):
+        return []
+    flat, complete = _flat(job, job.reflector, False)
     return flat if complete else []
 
 
