@@ -13,8 +13,6 @@ from .cubemap import blend_levels
 SOLID = 0.5
 # Below it the ratio of premultiplied radiance and alpha is no colour.
 LEAST_ALPHA = 1e-3
-
-
 # Rows that are chosen from at once, as bits of a number: the logarithms of 2**AT_ONCE - 0.5 and + 0.5 differ by 1e-3, and graphics
 # cards' are good to 1e-5.
 AT_ONCE = 10
@@ -38,8 +36,8 @@ def each_row(k, asset, first: int, last: int, before, meet, may=None):
 
     may(asset, row, distance) -> bool: whether a row can be met before that distance; cheap, and looked at for all rows first, so that `meet`
     is not a step of the loop where it cannot be. For a `meet` that is not cheap itself."""
-    visit = _alike if may is None or last - first == 1 else partial(_chosen, may=may)
     for of, low, high in moved_rows.runs(asset, first, last):
+        visit = _alike if may is None or high - low == 1 else partial(_chosen, may=may)
         before = visit(k, of, low, high, before, meet)
     return before
 

@@ -12,8 +12,9 @@ SHORTEST and the ray meets the segment above that point. Parallel to the image p
 camera, or beside it: clipped. In the surface: hit where it enters.
 
 Where we depart. A bounding sphere comes before the six planes, and the spheres of all maps before any map, so that a ray that passes an
-object costs one fetch and no step of the search: what one ray searches, all that run with it wait for. The walk starts at the ray's end of the row and ends at the first hit; with more than LINEAR points it starts by bisection. The
-hit on the poly-line is then moved onto the map itself (depth_refine.py; settings["refine"]: also of what is only lit).
+object costs one fetch and no step of the search: what one ray searches, all that run with it wait for. The walk starts at the
+ray's end of the row and ends at the first hit; with more than LINEAR points it starts by bisection. The hit on the poly-line is
+then moved onto the map itself (depth_refine.py; settings["refine"]: also of what is only lit).
 """
 
 import math

@@ -47,8 +47,8 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
     `last` that the ray meets, or `before` where that is nearer; distance FAR where it meets none; start: vec3, its origin
     relative to the asset's centre.
     backdrop(k, asset, ray, start) -> (radiance, position, status): what it sees where it meets none.
-    asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), and
-    where there are such or mirrors order, partly (some mirror only in part), relief (nearest says where a flat
+    asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), where
+    a method has depth maps glossy_maps (how many of the last of these are no quads), and where there are such or mirrors order, partly (some mirror only in part), relief (nearest says where a flat
     stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
     """
     diffuse, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))

@@ -3,9 +3,9 @@
 Problem. A kernel branches and loops; a shader tree is a list of nodes that are all computed.
 Idea. EEVEE keeps Repeat zones as loops of the shader, and how often one repeats may be a value of the ray. So a loop is a zone. Both sides of a
 branch are computed and the right one is kept, but the loops within a side repeat only where it is taken: its condition is a `gate`, by which
-their counts are multiplied. A loop that stops early goes on in blocks, the first of FIRST steps, since most rays stop there, and a block begins only while the ray is
-running; within it a ray that has stopped keeps its states. (A side, or a step, in a zone of 0 or 1 turns was tried: software OpenGL runs a loop's body once
-more than it repeats, so one turn cost two and zones in zones four.) All that a zone reads goes in as one of its items, changed or not:
+their counts are multiplied. A loop that stops early goes on in blocks, the first of FIRST steps, since most rays stop there, and a block begins
+only while the ray is running; within it a ray that has stopped keeps its states. (A side, or a step, in a zone of 0 or 1 turns was tried:
+software OpenGL runs a loop's body once more than it repeats, so one turn cost two and zones in zones four.) All that a zone reads goes in as one of its items, changed or not:
 Blender 5.2 writes a zone's nodes in the order of their links, and what only the inside asks for is declared inside, where what comes after
 the zone cannot see it ("undeclared" in the shader's log, and a pink surface).
 Cycles unrolls zones and wants constant counts. `unrolled` groups therefore repeat as often as any ray may need (core/kernel/bounds.py), a

@@ -7,6 +7,7 @@ x / 0 is made to be x * HUGE here (kernels that divide by k.away_from_zero do no
 from collections.abc import Callable
 
 import bpy
+import numpy as np
 
 from ..core.kernel.graph import SIZES, Node
 from ..core.kernel.nonzero import is_nonzero
@@ -150,8 +151,8 @@ class NodeScope:
         return self.inverted[condition]
 
     def select(self, condition: Node, a: tuple, b: tuple, kind: str, label: str = "") -> tuple[Source, ...]:
-        constant = all(isinstance(x, float) and isinstance(y, float) for x, y in zip(a, b))
-        return self.keep(self.get(condition)[0], 0.0 if constant else self.otherwise(condition), a, b, kind, label)
+        no = 0.0 if all(step_between(x, y) is not None for x, y in zip(a, b)) else self.otherwise(condition)
+        return self.keep(self.get(condition)[0], no, a, b, kind, label)
 
     def keep(self, yes: Source, no: Source, a: tuple, b: tuple, kind: str, label: str = "") -> tuple[Source, ...]:
         """a * yes + b * no: exact, where a Mix node's a + (b - a) t would cancel between FAR and a metre."""
@@ -159,16 +160,25 @@ class NodeScope:
         for part, (x, y) in enumerate(zip(a, b)):
             is_float = SIZES[kind] == 1 or part == 1
             make, zero = (self.build.math, 0.0) if is_float else (self.build.vector, (0.0, 0.0, 0.0))
-            if is_float and (x, y) == (1.0, 0.0):
+            step = step_between(x, y)
+            if (step, y) == (1.0, 0.0):
                 results.append(yes)
-            elif is_float and isinstance(x, float) and isinstance(y, float) and (x - y) + y == x:
-                results.append(make("MULTIPLY_ADD", yes, x - y, y, label=label))
+            elif step is not None:
+                results.append(make("MULTIPLY_ADD", yes, step, y, label=label))
             elif x == zero:
                 results.append(make("MULTIPLY", y, no, label=label))
             else:
                 rest = zero if y == zero else make("MULTIPLY", y, no)
                 results.append(make("MULTIPLY_ADD", x, yes, rest, label=label))
         return tuple(results)
+
+
+def step_between(x: Source, y: Source) -> float | None:
+    """x - y of two constants where y + (x - y) is x in float32, too: then yes * (x - y) + y chooses between them exactly."""
+    if not (isinstance(x, float) and isinstance(y, float)):
+        return None
+    a, b = np.float32(x), np.float32(y)
+    return float(a - b) if (a - b) + b == a else None
 
 
 def parts_of(value: tuple[float, ...]) -> Parts:

@@ -148,6 +148,20 @@ def test_division_by_zero_is_huge_not_zero(fresh_file, tmp_path):
     assert got["y"][:2].tolist() == [[-7.0, np.float32(1e30)], [-1.0, 0.5]]
 
 
+def test_a_choice_between_constants_is_exact(fresh_file, tmp_path):
+    """Also where their difference, added again, is not what it was: FAR and a metre, 0.1 and 0.3."""
+    pairs = [(1.0, 0.0), (0.0, 1.0), (-1.0, 1.0), (0.1, 0.3), (1.0, 1e30), (1e30, 0.3), (0.0, 1e30), (1e-20, -3.0)]
+
+    def kernel(k, scope, a):
+        return {f"x{n}": k.select(a > 0.0, x, y) for n, (x, y) in enumerate(pairs)}
+
+    names = [f"x{n}" for n in range(len(pairs))]
+    tree = emit_nodes(record_function(kernel, {"a": "float"}), _no_asset(), "C", tuple(names))
+    got = run_nodes(fresh_file, tmp_path, {"c": (tree, dict.fromkeys(names, 1))}, {"a": np.array([1.0, -1.0])})["c"]
+    for name, pair in zip(names, pairs, strict=True):
+        assert np.array_equal(np.ravel(got[name]), np.array(pair, np.float32)), name
+
+
 def test_a_guarded_division_costs_one_node(fresh_file):
     """k.away_from_zero must be recognised, or every division of a kernel is paid for twice."""
     guarded = record_function(lambda k, s, a: {"x": k.exp2(a) / k.max(a, 0.5) / k.away_from_zero(a)}, {"a": "float"})
