@@ -111,7 +111,7 @@ def along_row(k, asset, i, place, steep, first, last):
         return found, s
     step = last - first
     corner = fetch(k, asset, "table", i).zw
-    return found, refined(k, asset, corner, place.z, steep, first, step, found, s, fall)
+    return found, refined(k, asset, corner, place.z, steep, first, step, s, fall)
 
 
 def _best_row(k, asset, i, w, steep, first, last):

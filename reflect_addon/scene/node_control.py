@@ -24,6 +24,7 @@ from .node_operations import NodeScope, Parts, part_kinds
 from .node_tree import Source
 
 FIRST, BLOCK = 4, 16  # steps of a loop that stops: up to the first look at whether the ray still runs, and to each further one
+FEW = 8  # most steps of a loop without such looks: each costs a step or two
 
 
 class ControlFlow:
@@ -112,7 +113,7 @@ class ControlFlow:
             return self.zone(count, states, reads, lambda step, parts: self.body(loop, live, step, parts)[0])
         kinds = [kind for _, kind, _ in states]
         states = [*states, ("running", "float", (1.0,))]
-        if loop.count is not None and loop.count <= FIRST:
+        if (loop.count or self.bound(node.args[-1])[1]) <= FEW:
             return self.zone(count, states, reads, lambda step, parts: self.step(loop, live, kinds, step, parts))[:-1]
 
         def block(number, parts):
@@ -146,8 +147,12 @@ class ControlFlow:
     def unrolled_loop(self, node: Node, loop, live, states) -> list[Parts]:
         """Cycles': as many steps as any ray needs, frozen once the ray's own are over."""
         build = self.scope.build
-        most, own = (loop.count, None) if loop.count is not None else self.bound(node.args[-1])
-        may_end = loop.has_stop or own is not None
+        least, most = (loop.count, loop.count) if loop.count is not None else self.bound(node.args[-1])
+        if most >= MOST_STEPS:
+            count = node.args[-1].describe()
+            raise KernelError(f"{self.program.name}: the loop count {count} differs per ray; Cycles needs one, or k.min with a constant")
+        own = least < most  # whether rays differ
+        may_end = loop.has_stop or own
         states = [*states, ("running", "float", (1.0,))] if loop.has_stop else states
 
         def step(iteration, parts):
@@ -156,7 +161,7 @@ class ControlFlow:
             if not may_end:
                 return new
             going = parts[-1][0] if loop.has_stop else None
-            if own is not None:
+            if own:
                 within = build.math("LESS_THAN", now, self.scope.get(node.args[-1])[0])
                 going = within if going is None else build.math("MULTIPLY", going, within)
             frozen = build.math("SUBTRACT", 1.0, going)
@@ -164,7 +169,7 @@ class ControlFlow:
             new = [self.scope.keep(going, frozen, a, b, kind) for a, b, kind in zip(new, parts, kinds)]
             return [*new, (build.math("MULTIPLY", going, goes_on),)] if loop.has_stop else new
 
-        return self.zone(float(most), states, [], step)[: len(live)]
+        return self.zone(float(max(0, int(np.ceil(most)))), states, [], step)[: len(live)]
 
     def waiting(self, iteration: Source, states, parts: list[Parts]) -> Source:
         """The iteration, made to wait for the one before it: zones are unrolled and Cycles computes what it can at once, so
@@ -175,14 +180,7 @@ class ControlFlow:
         nothing = self.scope.build.math("MINIMUM", self.scope.build.math("ABSOLUTE", state), 0.0)
         return self.scope.build.math("ADD", iteration, nothing)
 
-    def bound(self, count: Node) -> tuple[int, bool | None]:
-        """(steps to be unrolled, True where rays differ in how many they need or None); (0, True) where zones are kept."""
-        if not self.unrolled:
-            return 0, True
+    def bound(self, count: Node) -> tuple[float, float]:
+        """(fewest, most) steps that any ray takes by such a count."""
         uniforms = Names("uniform", f"the asset of {self.program.name}", self.asset.uniforms)
-        least, most = range_of(count, lambda node: float(uniforms[node.data]))
-        if most >= MOST_STEPS:
-            raise KernelError(
-                f"{self.program.name}: the loop count {count.describe()} differs per ray; Cycles needs one, or k.min with a constant"
-            )
-        return max(0, int(np.ceil(most))), None if least == most else True
+        return range_of(count, lambda uniform: float(uniforms[uniform.data]))
