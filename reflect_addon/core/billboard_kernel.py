@@ -3,74 +3,26 @@
 Every method whose stand-ins include quads records these. The table and the atlas are billboard_atlas's.
 """
 
-from functools import partial
-
 from . import moved_rows, spaces
 from .billboard_atlas import ROW
 from .cubemap import blend_levels
+from .row_search import each_row
 
 # Alpha above which a texel is the object: half, so that bilinear contours lie where the object's edge lies.
 SOLID = 0.5
 # Below it the ratio of premultiplied radiance and alpha is no colour.
 LEAST_ALPHA = 1e-3
-# Rows that are chosen from at once, as bits of a number: the logarithms of 2**AT_ONCE - 0.5 and + 0.5 differ by 1e-3, and graphics
-# cards' are good to 1e-5.
-AT_ONCE = 10
 
 NOTHING = (spaces.FAR, 0.0, 0.0, 0.0)  # the record of a ray that meets nothing
 
 
-def nearest(k, asset, ray, start, first: int, last: int, before=NOTHING):
-    """(distance m, row, u, v) of the nearest of the quads `first` to before `last` that the ray meets, or `before` where
-    that is nearer; distance FAR where it meets none.
+def nearest(k, asset, ray, start, rows, before=NOTHING):
+    """(distance m, row, u, v) of the nearest quad that the ray meets among `rows`, a list of row_search.Span, or `before` where that is nearer;
+    distance FAR where it meets none.
 
     start: vec3, the ray's origin relative to the asset's centre. asset.options: contours (alpha matters).
     """
-    if first == last:
-        return before
-    return each_row(k, asset, first, last, before, lambda of, i, found: _meet(k, of, ray, start, i, found))
-
-
-def each_row(k, asset, first: int, last: int, before, meet, may=None):
-    """The record after meet(asset, row, record) of the rows `first` to before `last`, in their order.
-
-    may(asset, row, distance) -> bool: whether a row can be met before that distance; cheap, and looked at for all rows first, so that `meet`
-    is not a step of the loop where it cannot be. For a `meet` that is not cheap itself."""
-    for of, low, high in moved_rows.runs(asset, first, last):
-        visit = _alike if may is None or high - low == 1 else partial(_chosen, may=may)
-        before = visit(k, of, low, high, before, meet)
-    return before
-
-
-def _alike(k, asset, first: int, last: int, before, meet):
-    """each_row of rows that move alike."""
-    return k.loop(last - first, before, lambda i, distance, row, u, v: (meet(asset, i + float(first), (distance, row, u, v)), None))
-
-
-def _chosen(k, asset, first: int, last: int, before, meet, may):
-    """_alike of the rows that may be met: AT_ONCE rows are bits of a number, the first one its highest."""
-    highest = 2.0 ** (AT_ONCE - 1)
-
-    def some(batch, distance, row, u, v):
-        low = k.name("low", batch * float(AT_ONCE) + float(first))
-
-        def look(i, chosen, many, bit):
-            met = may(asset, low + i, distance)
-            return (chosen + k.select(met, bit, 0.0), many + k.select(met, 1.0, 0.0), bit * 0.5), None
-
-        rows = min(AT_ONCE, last - first)
-        chosen, many, _ = k.loop(float(rows) if rows == last - first else k.min(float(last) - low, float(rows)), (0.0, 0.0, highest), look)
-
-        def visit(_, left, distance, row, u, v):
-            # Half a bit more: a logarithm of a power of two may be a little too small.
-            bit = k.name("bit", k.floor(k.log2(left + 0.5)))
-            met = meet(asset, low + (AT_ONCE - 1.0 - bit), (distance, row, u, v))
-            return (left - k.floor(k.exp2(bit) + 0.5), *met), None
-
-        return tuple(k.loop(k.min(many, float(rows)), (chosen, distance, row, u, v), visit)[1:]), None
-
-    batches = -(-(last - first) // AT_ONCE)
-    return some(0.0, *before)[0] if batches == 1 else k.loop(batches, before, some)
+    return each_row(k, asset, rows, before, lambda of, i, found: _meet(k, of, ray, start, i, found))
 
 
 def texel(k, asset, ray, distance, row, u, v):

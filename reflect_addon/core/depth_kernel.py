@@ -20,8 +20,9 @@ then moved onto the map itself (depth_refine.py; settings["refine"]: also of wha
 import math
 
 from . import srdm
-from .billboard_kernel import each_row, fetch
+from .billboard_kernel import fetch
 from .depth_refine import refined
+from .row_search import each_row
 from .turns import cosine_and_sine, half_turns
 
 # Projections shorter than this, in texels, count as this long: below it u cannot be told apart in float32.
@@ -30,11 +31,11 @@ SHORTEST = 1e-3
 LINEAR = 16
 
 
-def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
-    """(distance, row, u, v) of the nearest hit with maps in rows first..last-1, or `before` where that is nearer.
+def nearest(k, asset, ray, start, before, rows, search=None):
+    """(distance, row, u, v) of the nearest hit with the maps in `rows`, a list of row_search.Span, or `before` where that is nearer.
 
     search: how one map is searched, `along_row` by default (evaluation/epipolar.py has the march it is compared with)."""
-    if first == last:
+    if all(span.first == span.last for span in rows):
         return before
     k.cite("popescu-2006 4.3: intersect r with every depth map")
 
@@ -42,7 +43,7 @@ def nearest(k, asset, ray, start, before, first: int, last: int, search=None):
         may, along, radius = _ball(k, of, ray, start, i, found[0])
         return k.branch(may, lambda: _within(k, of, ray, start, i, found, search or along_row, along, radius), lambda: found)
 
-    return each_row(k, asset, first, last, before, meet, may=lambda of, i, distance: _ball(k, of, ray, start, i, distance)[0])
+    return each_row(k, asset, rows, before, meet, may=lambda of, i, distance: _ball(k, of, ray, start, i, distance)[0])
 
 
 def _ball(k, asset, ray, start, i, distance):

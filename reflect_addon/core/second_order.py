@@ -26,6 +26,7 @@ from .billboard_kernel import fetch
 from .cubemap import blend_levels
 from .hit_shading import shaded
 from .kernel import Hit, Ray
+from .row_search import ALL, Among
 from .shading import REFLECTANCE_INPUTS, reflectance
 
 # Steps from the quad's plane towards the surface that stands there.
@@ -43,12 +44,10 @@ MIRROR_INPUTS = {**REFLECTANCE_INPUTS, "share": "float"}
 def answer(k, asset, ray, nearest, backdrop) -> Hit:
     """What the ray sees of the asset's stand-ins and their mirrors.
 
-    nearest(k, asset, ray, start, first, last, before=) -> (distance m, row, u, v): the first of the rows `first` to before
-    `last` that the ray meets, or `before` where that is nearer; distance FAR where it meets none; start: vec3, its origin
-    relative to the asset's centre.
+    nearest(k, asset, ray, start, among) -> (distance m, row, u, v): the nearest row among those (row_search.Among) that the ray meets;
+    distance FAR where it meets none; start: vec3, its origin relative to the asset's centre.
     backdrop(k, asset, ray, start) -> (radiance, position, status): what it sees where it meets none.
-    asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), where
-    a method has depth maps glossy_maps (how many of the last of these are no quads), and where there are such or mirrors order, partly (some mirror only in part), relief (nearest says where a flat
+    asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), and where there are such or mirrors order, partly (some mirror only in part), relief (nearest says where a flat
     stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
     """
     diffuse, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
@@ -58,7 +57,7 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
         radiance, position, status = backdrop(k, asset, ray, start)
         return Hit(radiance, position, 1.0, status)
     k.cite("popescu-2006 3.1 step 2: intersect r with all billboards")
-    first = nearest(k, asset, ray, start, 0, diffuse + mirrors)
+    first = nearest(k, asset, ray, start, ALL)
     last_ray, last_start, last = ray, start, first
     if mirrors + glossy:
         in_mirror = k.name("in_mirror", _goes_on(asset, *first[:2]))
@@ -160,39 +159,20 @@ def _mirrored(k, asset, ray, start, met, nearest, again):
         own = billboard_kernel.radiance(k, asset, ray, distance, row, surface.u, surface.v) * terms["kept"]
     k.cite("popescu-2006 3.1 step 5b: intersect rr with the D diffuse billboards")
     tertiary_start = k.name("tertiary_start", start + step)
-    found = _tertiary_hit(k, asset, tertiary, tertiary_start, row, nearest, again)
+    found = nearest(k, asset, tertiary, tertiary_start, _tertiary_among(asset, row, again))
     return (
         own, terms["reflectance"], tertiary.origin, tertiary.direction, tertiary.width, tertiary.spread, tertiary_start, *found
     )  # fmt: skip
 
 
-def _tertiary_hit(k, asset, tertiary, start, row, nearest, again):
+def _tertiary_among(asset, row, again) -> Among:
     """A mirror's ray looks at all diffuse stand-ins, and at mirrors if it goes on again; a glossy one's neither at the lamps, whose
     light it has, nor at mirrors, and of what is glossy only at the quads, as they were captured: it starts on a depth map, whose hit it
     would be, and never meets a quad that it starts on."""
     count, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
-
-    def looks(last: int):
-        return tuple(nearest(k, asset, tertiary, start, 0, last))
-
-    def off_a_mirror():
-        found = looks(count)
-        if again is False:
-            return found
-        return k.branch(
-            again, lambda: tuple(nearest(k, asset, tertiary, start, count, count + mirrors, before=found)), lambda: found
-        )  # fmt: skip
-
-    if not glossy:
-        return off_a_mirror()
-    lit = count - glossy - asset.options["lamps"]
-
-    def off_gloss():
-        quads = count - glossy, count - (asset.options["glossy_maps"] if "glossy_maps" in asset.options else 0)
-        found = looks(lit)
-        return found if quads[0] == quads[1] else tuple(nearest(k, asset, tertiary, start, *quads, before=found))
-
-    return k.branch(row < count - 0.5, off_gloss, off_a_mirror) if mirrors else off_gloss()
+    off_mirror = True if not glossy else row > count - 0.5 if mirrors else False
+    further = off_mirror if again is True else again if off_mirror is True else False if again is False else off_mirror & again
+    return Among(off_mirror, True, off_mirror, further)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ object is the Stanford bunny where it is at hand, else Suzanne. Hit errors are j
 """
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -16,6 +17,7 @@ from ..core.job import BakeJob
 from ..core.kernel import Hit, record, run_numpy
 from ..core.methods import depth_maps
 from ..core.rays import Rays
+from ..core.row_search import ALL
 from ..core.spaces import FAR, STATUS_HIT
 from ..scene.camera import camera_of
 from ..scene.intersect import intersector
@@ -113,8 +115,7 @@ def search_only(search=None):
     """A kernel that says where the ray ends and looks nothing up: what a search alone costs."""
 
     def kernel(k, asset, ray):
-        rows = 0, asset.options["count"]
-        distance, _, u, v = depth_maps.nearest(k, asset, ray, ray.origin - asset.uniforms["center"], *rows, search)
+        distance, _, u, v = depth_maps.nearest(k, asset, ray, ray.origin - asset.uniforms["center"], replace(ALL, mirrors=False), search)
         return Hit(k.vec3(u, v, 0.0), ray.origin + ray.direction * distance, 1.0, k.select(distance < FAR, 1.0, 2.0))
 
     return kernel

@@ -16,6 +16,7 @@ from ..core.billboard_atlas import Placed, table_rows
 from ..core.billboard_fit import Quad
 from ..core.kernel import Hit
 from ..core.methods import environment
+from ..core.row_search import Span
 
 
 def alone(asset: Asset) -> Asset:
@@ -60,7 +61,7 @@ def ground_alone(asset: Asset) -> Asset:
 def trace(k, asset, ray) -> Hit:
     """The nearest of ground and walls by the loop over quads; row 0 is the ground, v is a wall's height."""
     start = k.name("start", ray.origin - asset.uniforms["center"])
-    distance, row, _, v = billboard_kernel.nearest(k, asset, ray, start, 0, asset.options["count"])
+    distance, row, _, v = billboard_kernel.nearest(k, asset, ray, start, [Span(0, asset.options["count"])])
 
     def met():
         share = k.select(row < 0.5, 0.0, v * 0.5 + 0.5)

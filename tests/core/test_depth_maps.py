@@ -9,7 +9,7 @@ import trimesh
 from analytic import directions, unit
 from mesh_scenes import first_hits, job, snapshot, world_mesh
 
-from reflect_addon.core import billboard_follow, billboard_kernel, depth_kernel, spaces, srdm
+from reflect_addon.core import billboard_follow, depth_kernel, row_search, spaces, srdm
 from reflect_addon.core.billboard_atlas import ROW
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.kernel import record, run_numpy
@@ -327,11 +327,11 @@ def test_rays_choose_among_any_number_of_maps(rng, monkeypatch):
     places = directions(rng, 13) * 3
     scene = snapshot(ball(), **{f"Thing {k}": ball(0.5, at, detail=2) for k, at in enumerate(places)})
     asset = baked(scene, maps=2, texels=32)
-    assert asset.options["maps"] > 2 * billboard_kernel.AT_ONCE
+    assert asset.options["maps"] > 2 * row_search.AT_ONCE
     d = directions(rng, 4000)
     rays = Rays((1.001 * d).astype("f"), unit(d + 0.5 * directions(rng, 4000)).astype("f"))
     found = answer(asset, rays)
-    monkeypatch.setattr(depth_kernel, "each_row", lambda *a, may: billboard_kernel.each_row(*a))
+    monkeypatch.setattr(depth_kernel, "each_row", lambda *a, may: row_search.each_row(*a))
     plain = answer(asset, rays)
     assert np.array_equal(found.radiance, plain.radiance) and np.array_equal(found.position, plain.position)
     assert np.mean(found.status == spaces.STATUS_HIT) > 0.05

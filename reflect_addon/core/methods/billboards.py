@@ -37,6 +37,7 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..mirrors import mirror_of
 from ..remake import parts_of
+from ..row_search import Among, spans
 from ..snapshot import Instance, corners_of
 from ..view_dependent import arranged, images_of
 from . import environment
@@ -180,7 +181,12 @@ def _is_mirror_room(job: BakeJob, instance: Instance, point: np.ndarray) -> bool
 
 def trace(k, asset, ray) -> Hit:
     """The nearest billboard that the ray meets, by way of a mirror if it is one, else the ground's box or the environment."""
-    return second_order.answer(k, asset, ray, billboard_kernel.nearest, behind)
+    return second_order.answer(k, asset, ray, nearest, behind)
+
+
+def nearest(k, asset, ray, start, among: Among):
+    """second_order's: the nearest quad."""
+    return billboard_kernel.nearest(k, asset, ray, start, spans(asset, among)[0])
 
 
 def behind(k, asset, ray, start):

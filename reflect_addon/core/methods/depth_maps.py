@@ -31,6 +31,7 @@ from ..job import BakeJob
 from ..kernel import Hit
 from ..pull_push import continued
 from ..remake import parts_of
+from ..row_search import Among, spans
 from ..settings import COMMON, Setting
 from ..view_dependent import arranged, images_of
 from . import billboards
@@ -213,30 +214,18 @@ def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
     return srdm.packed(simplify(srdm.with_spans(srdm.rotated_rows(depth, n), m), m).reshape(n, len(depth), m, 2))
 
 
-def nearest(k, asset, ray, start, first: int, last: int, search=None, before=billboard_kernel.NOTHING):
-    """second_order's: the nearest of the rows `first` to before `last`, quads and maps. search: depth_kernel.nearest's."""
+def nearest(k, asset, ray, start, among: Among, search=None):
+    """second_order's: the nearest quad or depth map. search: depth_kernel.nearest's."""
     options = asset.options
-    glossy, lamps, mirrors = (options[name] for name in ("glossy", "lamps", "mirrors"))
-    # Where a ray goes on from, or is shaded by its normal, a poly-line's error is magnified.
-    of_glossy = of_mirrors = replace(asset, options={**options, "refine": True})
-    how = search
-    if options["mirror_maps"]:
-        of_mirrors = replace(of_glossy, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
-        how = search or (depth_start.search if options["starts"] else None)
-    groups = (
-        (options["count"] - glossy - lamps, options["maps"], asset, search),
-        (lamps, options["lamp_maps"], asset, search),
-        (glossy, options["glossy_maps"], of_glossy, search),
-        (mirrors, options["mirror_maps"], of_mirrors, how),
-    )
-    found, high = before, 0
-    for rows, maps, of, how in groups:
-        low, middle, high = high, high + rows - maps, high + rows
-        if first <= low and middle <= last:
-            found = billboard_kernel.nearest(k, asset, ray, start, low, middle, found)
-        if first <= middle and high <= last:
-            found = depth_kernel.nearest(k, of, ray, start, found, middle, high, how)
-    return found
+    quads, (*lit, mirrors) = spans(asset, among, [options[name] for name in ("maps", "lamp_maps", "glossy_maps", "mirror_maps")])
+    found = billboard_kernel.nearest(k, asset, ray, start, quads)
+    # Where a ray goes on from, or is shaded by its normal, a poly-line's error is magnified. What is only lit is searched by the same code.
+    refined = replace(asset, options={**options, "refine": True})
+    found = depth_kernel.nearest(k, refined if options["glossy_maps"] else asset, ray, start, found, lit, search)
+    if not options["mirror_maps"]:
+        return found
+    of = replace(refined, images={**asset.images, "depth_tx": asset.images["mirror_depth_buf"]})
+    return depth_kernel.nearest(k, of, ray, start, found, [mirrors], search or (depth_start.search if options["starts"] else None))
 
 
 def trace(k, asset, ray, search=None) -> Hit:
