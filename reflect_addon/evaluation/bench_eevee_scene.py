@@ -4,7 +4,7 @@ A bench that a person waits for: pictures are small, and bakes are the demo's, b
 methods that are cheap to bake and, where those do not reach a third, depth maps, in the settings of somebody who wants EEVEE's frame time:
 self reflections only where they are needed, fewer points, no refinement, and texels of more paths, which cost a frame nothing. `kitchen`, of 34
 reflectors, has these and `box_proxy` alone, since each further method is minutes of baking; EEVEE's best takes a minute for a frame there, so
-its depth maps are nearly the method's own, and its two large mirrors, most of the reflectors' pixels, have texels of still more paths. The box
+its depth maps are nearly the method's own, and its two large mirrors, most of the reflectors' pixels, have more and better texels. The box
 room is baked in as many texels as EEVEE's probes have. Group and overlay are compared with all methods (bench_eevee_overlay.py).
 """
 
@@ -65,8 +65,8 @@ CASES = (
     Case("teapots", (*CHEAP, depth_maps.NAME), fast=LEAN | {"self_detail": 1, "maps": 2, "order": 2}),
     Case(
         "kitchen", (box_proxy.NAME, depth_maps.NAME), BAKE_OF_MANY,
-        {"samples": 32, "view_dependent": True, "self_reflections": False, "maps": 3, "turns": 30},
-        large=("Splashback", "Table top"), finer={"samples": 128},
+        {"samples": 32, "view_dependent": True, "self_reflections": False, "maps": 3, "turns": 30, "order": 2},
+        large=("Splashback", "Table top"), finer={"samples": 64, "texels": 128},
     ),  # fmt: skip
     Case("box room", (environment.NAME, *CHEAP), fast={"resolution": peer.PROBE_SIDE}),
 )
