@@ -18,6 +18,7 @@ from ..core.snapshot import Instance, SceneSnapshot
 from .bake import load_assets
 from .eevee_job import Groups
 from .node_report import describe_group, groups_of, image_bytes, images_of
+from .node_uniforms import too_large
 from .reflection_group import reflection_group
 
 RADIANCE, WAY, FLAGS = "Reflect Radiance", "Reflect Way", "Reflect Flags"
@@ -53,6 +54,9 @@ class Native:
                 if id(asset) not in self._trees:
                     self._trees[id(asset)] = with_position(reflection_group(asset, f"Reflect {self.method} {instance.object_name}", rough=False))
                     made[id(asset)] = _material(self._trees[id(asset)], diagonal)
+                if large := too_large(made[id(asset)].node_tree):
+                    self.notes.append(f"{instance.name} is not drawn: {large}.")
+                    continue
                 for slot in _slots(self.snapshot, instance):
                     self._before.append((slot, slot.link, slot.material))
                     slot.link = "OBJECT"

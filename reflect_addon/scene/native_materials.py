@@ -27,7 +27,7 @@ from .native_shader import draw_with_group
 from .native_slots import put, take_back
 from .node_images import keep_images
 from .node_report import describe_group
-from .node_uniforms import MOST_BYTES, uniform_bytes
+from .node_uniforms import too_large
 from .reflection_group import REFLECTANCE, reflection_group
 
 SHARED = (REFLECTANCE, IOR)  # groups that are found by their names
@@ -135,13 +135,12 @@ def _copies(changes: tuple[Change, ...], groups: dict[int, bpy.types.NodeTree]):
         own[ORIGINAL] = change.material
         own.name = NAME.format(change.material.name)
         added = draw_with_group(own, groups[id(change.asset)], change.roughest)
-        bytes_ = uniform_bytes(own.node_tree) if added else 0
-        if bytes_ > MOST_BYTES:
+        if added and (large := too_large(own.node_tree)):
             bpy.data.materials.remove(own)
             copies[key] = None
             unchanged.append(
-                f"{change.material.name}: its shader would need {bytes_ / 1024:.0f} KB of constants, and graphics cards promise {MOST_BYTES // 1024}; "
-                "it stays as it is. Let fewer objects move, use fewer layers in the material, or choose another method."
+                f"{change.material.name}: {large}; it stays as it is. "
+                "Let fewer objects move, use fewer layers in the material, or choose another method."
             )
         elif added:
             copies[key] = own

@@ -20,6 +20,14 @@ def uniform_bytes(tree: bpy.types.NodeTree) -> int:
     return _inlined(tree, {})
 
 
+def too_large(tree: bpy.types.NodeTree) -> str | None:
+    """What is to be said of a material's tree whose shader would not link; None where it would."""
+    found = uniform_bytes(tree)
+    if found <= MOST_BYTES:
+        return None
+    return f"its shader would need {found / 1024:.0f} KB of constants, and graphics cards promise {MOST_BYTES // 1024}"
+
+
 def _inlined(tree: bpy.types.NodeTree, known: dict[str, int]) -> int:
     """known: of groups, by name."""
     found = 0

@@ -6,7 +6,7 @@ from native_scene import apply, ball, principled
 from test_native_materials import changed, file  # noqa: F401
 
 from reflect_addon.core.errors import ReflectError
-from reflect_addon.scene import native_materials
+from reflect_addon.scene import node_uniforms
 from reflect_addon.scene.node_tree import TreeBuilder
 from reflect_addon.scene.node_uniforms import uniform_bytes
 
@@ -29,7 +29,7 @@ def test_groups_count_as_often_as_they_are_called(fresh_file):
 def test_what_would_not_link_stays_as_it_is(file, monkeypatch):  # noqa: F811
     ball("Ball", principled("Metal", Metallic=1.0))
     before = dump()
-    monkeypatch.setattr(native_materials, "MOST_BYTES", 1024)
+    monkeypatch.setattr(node_uniforms, "MOST_BYTES", 1024)
     with pytest.raises(ReflectError, match="No material was changed") as refused:
         apply()
     sentence = refused.value.remedy

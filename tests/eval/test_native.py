@@ -20,7 +20,7 @@ from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.raymap_numpy import numpy_ray_map
 from reflect_addon.evaluation.rows import read_rows, set_up_of
 from reflect_addon.gpu.device import ensure
-from reflect_addon.scene import eevee_draw, native_draw
+from reflect_addon.scene import eevee_draw, native_draw, node_uniforms
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.eevee_job import Groups, Job
 from reflect_addon.scene.exr import read_exr
@@ -144,6 +144,11 @@ def test_a_mirror_shows_what_its_kernel_answers(fresh_file, tmp_path, monkeypatc
     assert np.percentile(reach, 95) < NATIVE_HALF
     slot = plane.material_slots[0]
     assert slot.link == "DATA" and slot.material == material and not bpy.data.node_groups
+    monkeypatch.setattr(node_uniforms, "MOST_BYTES", 1024)
+    group = native_draw.Native(Groups("box_proxy", ""), snapshot)
+    group.put(scene, job.diagonal)
+    (note,) = group.notes
+    assert slot.material == material and note.startswith(f"{plane.name} is not drawn: its shader would need")
 
 
 def test_what_is_judged_has_the_normals_of_the_snapshot(fresh_file, tmp_path, monkeypatch):
