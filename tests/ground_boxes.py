@@ -32,7 +32,7 @@ def asset_of(ground: Ground) -> Asset:
         t = np.where((d[:, 2] < 0) & bool(ground.members), ground.low[2] / d[:, 2], SKY)
     image, uniforms = cubemap.assemble(np.zeros(3), N, hits(rays, np.minimum(t, SKY), smooth))
     uniforms |= {"center": tuple(map(float, ground.center)), "billboard_scale": 1.0, **ground.uniforms()}
-    return Asset("billboards", "", {"radiance_tx": image}, uniforms, {"count": 0, "mirrors": 0, "glossy": 0, "contours": False, **ground.options()})
+    return Asset("billboards", "", {"radiance_tx": image}, uniforms, {"count": 0, "mirrors": 0, "glossy": 0, "lamps": 0, "contours": False, **ground.options()})
 
 
 def rays_in(rng, ground: Ground, count: int, spare=0.01) -> Rays:

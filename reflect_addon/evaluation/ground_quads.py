@@ -21,7 +21,7 @@ from ..core.row_search import Span
 
 def alone(asset: Asset) -> Asset:
     """A billboards' asset with a ground, without its quads: the ground's box and the environment map."""
-    return replace(asset, options={**asset.options, "count": 0, "mirrors": 0, "glossy": 0})
+    return replace(asset, options={**asset.options, "count": 0, "mirrors": 0, "glossy": 0, "lamps": 0})
 
 
 def five_quads(asset: Asset) -> Asset:
@@ -48,7 +48,7 @@ def five_quads(asset: Asset) -> Asset:
     rows = table_rows(quads, [Placed(0, 0, 1, 1, 1)] * 5, [True] * 5, center)
     return replace(
         asset, images={"radiance_tx": asset.images["radiance_tx"], "billboard_buf": rows},
-        options={**asset.options, "count": 5, "mirrors": 0, "glossy": 0, "contours": False},
+        options={**asset.options, "count": 5, "mirrors": 0, "glossy": 0, "lamps": 0, "contours": False},
     )  # fmt: skip
 
 

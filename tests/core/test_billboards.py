@@ -35,7 +35,7 @@ def asset_of(quads, images, center=(0.0, 0.0, 0.0)) -> Asset:
             "billboard_buf": table_rows(quads, placed, opaque, center),
         },
         {**SKY, "center": center, "billboard_scale": 1.0},
-        {"count": len(quads), "mirrors": 0, "glossy": 0, "contours": not all(opaque), "ground": False},
+        {"count": len(quads), "mirrors": 0, "glossy": 0, "lamps": 0, "contours": not all(opaque), "ground": False},
     )  # fmt: skip
 
 

@@ -245,5 +245,5 @@ def bake_with_quad(work, quad, hidden):
     return replace(
         backdrop, images={**backdrop.images, "billboard_tx": table.astype(np.float16), "billboard_buf": rows},
         uniforms={**backdrop.uniforms, "billboard_scale": 1.0},
-        options={"count": len(quads), "mirrors": 0, "glossy": 0, "contours": not all(opaque), "ground": False},
+        options={"count": len(quads), "mirrors": 0, "glossy": 0, "lamps": 0, "contours": not all(opaque), "ground": False},
     )  # fmt: skip
