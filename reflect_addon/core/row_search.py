@@ -129,5 +129,5 @@ def _chosen(k, asset, numbered: _Numbered, before, meet, may):
         return tuple(k.loop(k.min(many, most), (chosen, distance, row, u, v), visit)[1:]), None
 
     if one_batch:
-        return some(k.name("batch", 0.0), *before)[0]
+        return some(0.0, *before)[0]
     return k.loop(k.ceil((numbered.count - 0.5) * (1.0 / AT_ONCE)), before, some)

@@ -47,7 +47,8 @@ def answer(k, asset, ray, nearest, backdrop) -> Hit:
     nearest(k, asset, ray, start, among) -> (distance m, row, u, v): the nearest row among those (row_search.Among) that the ray meets;
     distance FAR where it meets none; start: vec3, its origin relative to the asset's centre.
     backdrop(k, asset, ray, start) -> (radiance, position, status): what it sees where it meets none.
-    asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), and where there are such or mirrors order, partly (some mirror only in part), relief (nearest says where a flat
+    asset.options: count, mirrors, glossy (how many of the last diffuse rows are shaded at the hit: view_dependent.py), lamps (how many before
+    these are lamps), and where there are such or mirrors order, partly (some mirror only in part), relief (nearest says where a flat
     stand-in is met, and the surface lies at the heights of normal_tx above it), has_metal, has_dielectric.
     """
     diffuse, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
@@ -170,9 +171,12 @@ def _tertiary_among(asset, row, again) -> Among:
     light it has, nor at mirrors, and of what is glossy only at the quads, as they were captured: it starts on a depth map, whose hit it
     would be, and never meets a quad that it starts on."""
     count, mirrors, glossy = (asset.options[name] for name in ("count", "mirrors", "glossy"))
-    off_mirror = True if not glossy else row > count - 0.5 if mirrors else False
-    further = off_mirror if again is True else again if off_mirror is True else False if again is False else off_mirror & again
-    return Among(off_mirror, True, off_mirror, further)
+    if not glossy:
+        return Among(True, True, True, again)
+    if not mirrors:
+        return Among(False, True, False, False)
+    off_mirror = row > count - 0.5
+    return Among(off_mirror, True, off_mirror, again is not False and off_mirror & again)
 
 
 @dataclass(frozen=True)

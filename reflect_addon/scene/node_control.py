@@ -113,7 +113,7 @@ class ControlFlow:
             return self.zone(count, states, reads, lambda step, parts: self.body(loop, live, step, parts)[0])
         kinds = [kind for _, kind, _ in states]
         states = [*states, ("running", "float", (1.0,))]
-        if (loop.count or self.bound(node.args[-1])[1]) <= FEW:
+        if self.steps(node, loop)[1] <= FEW:
             return self.zone(count, states, reads, lambda step, parts: self.step(loop, live, kinds, step, parts))[:-1]
 
         def block(number, parts):
@@ -147,7 +147,7 @@ class ControlFlow:
     def unrolled_loop(self, node: Node, loop, live, states) -> list[Parts]:
         """Cycles': as many steps as any ray needs, frozen once the ray's own are over."""
         build = self.scope.build
-        least, most = (loop.count, loop.count) if loop.count is not None else self.bound(node.args[-1])
+        least, most = self.steps(node, loop)
         if most >= MOST_STEPS:
             count = node.args[-1].describe()
             raise KernelError(f"{self.program.name}: the loop count {count} differs per ray; Cycles needs one, or k.min with a constant")
@@ -179,6 +179,10 @@ class ControlFlow:
             return iteration
         nothing = self.scope.build.math("MINIMUM", self.scope.build.math("ABSOLUTE", state), 0.0)
         return self.scope.build.math("ADD", iteration, nothing)
+
+    def steps(self, node: Node, loop) -> tuple[float, float]:
+        """(fewest, most) that any ray takes."""
+        return self.bound(node.args[-1]) if loop.count is None else (loop.count, loop.count)
 
     def bound(self, count: Node) -> tuple[float, float]:
         """(fewest, most) steps that any ray takes by such a count."""

@@ -58,7 +58,7 @@ SETTINGS = {
     "optimal": Setting("Optimal", "The best simplified rows instead of good ones. Takes longer to bake", advanced=True),
     "half": Setting("Half Precision", "Half the memory for the simplified rows, with coarser points", advanced=True),
     "refine": Setting("Refine", "Move each hit from the simplified row onto the depth map itself. Without it only those on mirrors and "
-                      "glossy things, drawn faster and a little less exactly", advanced=True),
+                      "glossy things, and all where glossy things have depth maps; drawn faster and a little less exactly", advanced=True),
 }  # fmt: skip
 DEFAULTS = {
     **billboards.DEFAULTS,
