@@ -23,11 +23,13 @@ def analyse(arguments) -> None:
 
 def bake(arguments) -> None:
     from .evaluation.frame import open_frame
+    from .scene.auto import bake_auto
     from .scene.bake import bake_assets
     from .scene.places import assets_of
     from .scene.raytrace import trace
 
     wanted = _methods(arguments.methods)
+    named = tuple(name for name in wanted if name != registry.AUTO)
     settings = _given(arguments, wanted)
     scene = _scene(arguments)
     folder = arguments.out or assets_of(scene)
@@ -35,10 +37,11 @@ def bake(arguments) -> None:
     say = (_json_progress if arguments.json_progress else _progress)(arguments)
     check_folder(folder)
     with open_frame(scene, None, say) as snapshot:
-        paths = bake_assets(
-            snapshot, wanted, folder, reflectors=names, settings=settings, tracer=partial(trace, scene=scene),
-            progress=say, again=arguments.again,
-        )  # fmt: skip
+        paths, more = [], {"reflectors": names, "settings": settings, "progress": say, "again": arguments.again}
+        if named:
+            paths += bake_assets(snapshot, named, folder, tracer=partial(trace, scene=scene), **more)
+        if named != wanted:
+            paths += bake_auto(scene, snapshot, folder, **more)
     if arguments.json_progress:
         _print(arguments, json.dumps({"done": [str(p) for p in paths]}))
     else:

@@ -28,7 +28,7 @@ def reflected(job: BakeJob, count: int = COUNT, seed: int = 7) -> tuple[Rays, Hi
     A point that no viewer sees (inside another object, in a narrow gap) has no ray: towards the viewer, too, the way
     must be free for VIEW of the reflector's radius.
     """
-    return _seen_by_viewers(job, *sample_rays(job, count, seed))
+    return seen_by_viewers(job, *sample_rays(job, count, seed))
 
 
 def aimed(job: BakeJob, instances: list[Instance], count: int = AIMED, seed: int = 8) -> tuple[Rays, Hits]:
@@ -36,10 +36,11 @@ def aimed(job: BakeJob, instances: list[Instance], count: int = AIMED, seed: int
     rng = np.random.default_rng(seed)
     parts = [_aimed_rays(job, instance, count, rng) for instance in instances]
     rays = Rays(*(np.concatenate([getattr(r, f) for r, _ in parts]) for f in ("origin", "direction")))
-    return _seen_by_viewers(job, rays, np.concatenate([t for _, t in parts]))
+    return seen_by_viewers(job, rays, np.concatenate([t for _, t in parts]))
 
 
-def _seen_by_viewers(job: BakeJob, rays: Rays, towards: np.ndarray) -> tuple[Rays, Hits]:
+def seen_by_viewers(job: BakeJob, rays: Rays, towards: np.ndarray) -> tuple[Rays, Hits]:
+    """(rays whose viewers, in the directions `towards`, have a free way to them, what they meet)."""
     n = len(rays)
     both = Rays(np.concatenate([rays.origin, rays.origin]), np.concatenate([rays.direction, towards]))
     hits = job.trace(both, hide=(), samples=1)

@@ -10,7 +10,9 @@ import bpy
 from ..core.asset import Asset
 from ..core.asset_places import file_name
 from ..core.drawn_settings import is_drawn
+from ..core.methods import AUTO
 from ..core.snapshot import SceneSnapshot
+from ..scene.auto import bake_auto, load_auto
 from ..scene.bake import bake_assets, load_assets, load_surfaces
 from ..scene.places import assets_of
 from ..scene.raytrace import trace
@@ -36,12 +38,17 @@ def assets_for(
     beside = assets_of(scene)
     use_beside = bool(bpy.data.filepath) and all(is_drawn(method, name) for name in settings or ()) and _writable(beside)
     folder = beside if use_beside else Path(out) / "assets" / file_name(scene.name)
-    bake_assets(snapshot, (method,), folder, settings=settings, tracer=partial(trace, scene=scene), progress=progress)
+    if method == AUTO:
+        bake_auto(scene, snapshot, folder, settings=settings, progress=progress)
+    else:
+        bake_assets(snapshot, (method,), folder, settings=settings, tracer=partial(trace, scene=scene), progress=progress)
     return baked_in(folder, snapshot, method)
 
 
 def baked_in(folder: Path, snapshot: SceneSnapshot, method: str) -> Baked:
     """What lies in a folder."""
+    if method == AUTO:
+        return Baked(load_auto(snapshot, folder), None, folder)
     assets = load_assets(snapshot, method, folder)
     return Baked(assets, load_surfaces(method, folder) if assets else None, folder)
 

@@ -15,7 +15,7 @@ from ..core.reflection_tree import Tree
 from ..core.snapshot import SceneSnapshot
 from ..core.spaces import FAR, STATUS_HIT
 from ..gpu.timing import Work
-from .raymap_numpy import numpy_ray_map
+from ..scene.raymap_numpy import numpy_ray_map
 
 
 class _Backend:

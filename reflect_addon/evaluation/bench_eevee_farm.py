@@ -17,6 +17,7 @@ from ..core.methods import billboards, box_proxy, depth_maps, environment, light
 from ..core.processes import temporary_folder
 from ..scene.camera import camera_of
 from ..scene.look import read_look
+from ..scene.raymap_numpy import numpy_ray_map
 from . import eye
 from .assets import assets_for
 from .bench_eevee_farm_scene import FRAMES, moving_body, render_alone, still, what_is_wrong
@@ -24,7 +25,6 @@ from .bench_row import row
 from .exhibit import Exhibit
 from .frame import open_frame
 from .native_file import write_native
-from .raymap_numpy import numpy_ray_map
 
 METHODS = tuple(m.NAME for m in (environment, box_proxy, billboards, depth_maps, light_field))
 BAKE = {"resolution": 128, "samples": 1, "view_texels": 64, "sky_error": 0}

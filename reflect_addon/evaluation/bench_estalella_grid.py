@@ -19,9 +19,9 @@ from ..core.virtual_follow import follow
 from ..core.virtual_grid import CORNERS, grid, interpolated
 from ..core.virtual_octree import octree
 from ..core.virtual_status import CONVERGED, FAILED, HIDDEN
+from ..scene.raymap_numpy import numpy_ray_map
 from .bench_estalella_scene import STEPS, Kitchen, kitchen
 from .bench_row import row
-from .raymap_numpy import numpy_ray_map
 
 SHARES = (0.041, 0.055, 0.096, 0.143)
 FASTER = (12.5, 10.5, 7.8, 6.4)  # target E2; the paper's own ratios

@@ -77,7 +77,7 @@ def picture(bpy, scene, path, engine="BLENDER_EEVEE", samples=1) -> dict[str, np
 
 @pytest.mark.parametrize("engine", ["BLENDER_EEVEE", "CYCLES"])
 def test_a_ball_shows_what_the_ray_map_asks(engine, fresh_file, tmp_path, smooth_world):
-    from reflect_addon.evaluation.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
+    from reflect_addon.scene.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
 
     tree = reflection_group(smooth_world, "Ball")
     scene, snapshot = ball_and_camera(fresh_file, tree, Metallic=1.0)
@@ -96,7 +96,7 @@ def test_a_ball_shows_what_the_ray_map_asks(engine, fresh_file, tmp_path, smooth
 @pytest.mark.parametrize("kind", methods.gathering())
 def test_a_reflector_elsewhere_asks_from_where_it_is(kind, fresh_file, tmp_path, everything_baked):
     """As the overlay's rays do: of another size and place than the one that the asset was baked for, whatever the method."""
-    from reflect_addon.evaluation.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
+    from reflect_addon.scene.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
 
     asset = everything_baked[kind]
     scene, snapshot = ball_and_camera(fresh_file, reflection_group(asset, "Moved", rough=False), (0.1, -0.1, 0.2), Metallic=1.0)
@@ -114,7 +114,7 @@ def test_a_reflector_elsewhere_asks_from_where_it_is(kind, fresh_file, tmp_path,
 @pytest.mark.slow
 def test_the_samples_of_a_rough_ball_have_the_mean_of_its_lobe(fresh_file, tmp_path, rng):
     """Billboards around the ball, whose outlines no footprint softens: 64 samples a pixel, whole picture against NumPy's draws."""
-    from reflect_addon.evaluation.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
+    from reflect_addon.scene.raymap_numpy import numpy_ray_map  # needs Blender's mathutils
 
     asset = bake_all(scene_of_everything())["billboards"]
     tree = reflection_group(asset, "Rough")

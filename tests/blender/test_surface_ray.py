@@ -24,8 +24,8 @@ def surfaces(rng, count: int) -> dict[str, np.ndarray]:
 
 
 def test_the_mirror_ray_is_the_ray_maps(fresh_file, rng):
-    """evaluation/raymap_numpy.py on one triangle a point; tests/gpu compares that with the shader of the ray map."""
-    from reflect_addon.evaluation.raymap_numpy import _mirror  # needs Blender's mathutils
+    """scene/raymap_numpy.py on one triangle a point; tests/gpu compares that with the shader of the ray map."""
+    from reflect_addon.scene.raymap_numpy import _mirror  # needs Blender's mathutils
 
     given = surfaces(rng, 20_000)
     program = record_function(lambda k, s, **g: dict(zip(("direction", "cosine"), mirror_ray(k, **g))), {n: "vec3" for n in given})

@@ -11,8 +11,8 @@ from reflect_addon.evaluation.bench import Target
 from reflect_addon.evaluation.bench_eevee import Found, Line
 from reflect_addon.evaluation.bench_eevee_overlay import Pair
 from reflect_addon.evaluation.frame import open_frame
-from reflect_addon.evaluation.raymap_numpy import numpy_ray_map
 from reflect_addon.scene.camera import camera_of
+from reflect_addon.scene.raymap_numpy import numpy_ray_map
 
 GREY = np.full((4, 4, 3), 0.5, np.float32)
 TOLD = {"nodes": 1200, "look_ups": 9, "images": 1, "image_bytes": 2e6}

@@ -17,7 +17,6 @@ from reflect_addon.core.spaces import FAR, STATUS_HIT, STATUS_NONE
 from reflect_addon.evaluation import native, peer, peer_places
 from reflect_addon.evaluation.backends import NumpyBackend
 from reflect_addon.evaluation.frame import open_frame
-from reflect_addon.evaluation.raymap_numpy import numpy_ray_map
 from reflect_addon.evaluation.rows import read_rows, set_up_of
 from reflect_addon.gpu.device import ensure
 from reflect_addon.scene import eevee_draw, native_draw, node_uniforms
@@ -25,6 +24,7 @@ from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.eevee_job import Groups, Job
 from reflect_addon.scene.exr import read_exr
 from reflect_addon.scene.native_draw import FLAGS, MOST, RADIANCE, WAY
+from reflect_addon.scene.raymap_numpy import numpy_ray_map
 from sample_blends import scene_parts as parts
 
 SIDE = 4.0  # m, of the room

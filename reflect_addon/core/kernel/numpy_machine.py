@@ -34,6 +34,9 @@ ELEMENTWISE = {
 }
 
 
+MOVES = {"swizzle", "vec", "fetch", "sample"}  # no arithmetic, or counted by themselves
+
+
 class _Frame:
     """The values of one region for its n rays. picks: their indices in the parent frame, None for all of it."""
 
@@ -117,7 +120,9 @@ class Machine:
             elif node.op == "branch":
                 self.branch(node, frame)
             else:
-                frame.values[node] = self.operation(node, [frame.get(arg) for arg in node.args], frame.n)
+                value = frame.values[node] = self.operation(node, [frame.get(arg) for arg in node.args], frame.n)
+                if self.counts is not None and node.op not in MOVES:
+                    self.counts.operations += sum(c.size for c in value if c.ndim)
 
     def operation(self, node: Node, args: list[tuple], n: int) -> tuple:
         op = node.op

@@ -21,10 +21,15 @@ class Counts:
     rays: int = 0
     fetches: dict[str, int] = field(default_factory=dict)  # image -> texels read
     steps: int = 0  # iterations of loops, nested ones included
+    operations: int = 0  # on single numbers, what all rays have in common left out
 
     @property
     def fetches_per_ray(self) -> float:
         return sum(self.fetches.values()) / max(self.rays, 1)
+
+    @property
+    def operations_per_ray(self) -> float:
+        return self.operations / max(self.rays, 1)
 
     @property
     def steps_per_ray(self) -> float:

@@ -27,6 +27,7 @@ from types import ModuleType
 from .. import settings, surface_radiance
 from ..errors import ReflectError
 from . import (
+    auto,
     billboards,
     box_proxy,
     depth_maps,
@@ -42,6 +43,7 @@ from . import (
 # In the order in which people meet them: each repairs what the one before leaves out.
 _ALL = (environment, sphere_proxy, box_proxy, distance_map, layered_distance, billboards, depth_maps, light_field, virtual_objects, recursive)
 _METHODS = {m.NAME: m for m in _ALL}
+AUTO = auto.NAME  # no method by itself: `get` knows it, with its settings, and no list of methods has it
 
 
 def register(method: ModuleType) -> None:
@@ -69,8 +71,10 @@ def all_methods() -> tuple[ModuleType, ...]:
 
 
 def get(name: str) -> ModuleType:
+    if name == AUTO:
+        return auto
     if name not in _METHODS:
-        raise ReflectError(f"There is no method named '{name}'.", f"Choose among: {', '.join(_METHODS)}.")
+        raise ReflectError(f"There is no method named '{name}'.", f"Choose among: {', '.join(_METHODS)}, {AUTO}.")
     return _METHODS[name]
 
 
@@ -96,7 +100,7 @@ def companions(name: str, settings: dict[str, object]) -> tuple[str, ...]:
 
 def check_settings(wanted: tuple[str, ...] | list[str], given: dict[str, object]) -> None:
     """ReflectError when a setting is known to none of the methods (nor to what they require) or has no possible value."""
-    owners = [get(name) for name in with_required(wanted)]
+    owners = [get(name) for name in with_required(wanted if AUTO not in wanted else (*wanted, *_METHODS))]
     if any("live" in owner.DEFAULTS or hasattr(owner, "SURFACES") for owner in owners):
         owners.append(surface_radiance)
     known = {name for owner in owners for name in owner.DEFAULTS}

@@ -1,6 +1,8 @@
 """The ray map without a GPU: primary rays against Blender's BVH tree. The same rules as gpu/glsl/raymap.frag.glsl,
 without its footprints (width and spread are 0)."""
 
+from collections.abc import Callable
+
 import numpy as np
 from mathutils.bvhtree import BVHTree
 
@@ -11,27 +13,38 @@ from ..core.snapshot import SceneSnapshot
 
 def numpy_ray_map(snapshot: SceneSnapshot, camera: Camera) -> RayMap:
     """Mirror rays of the reflectors that the camera sees; other surfaces hide them."""
-    shape = (camera.height, camera.width)
+    return ray_mapper(snapshot)(camera)
+
+
+def ray_mapper(snapshot: SceneSnapshot) -> Callable[[Camera], RayMap]:
+    """numpy_ray_map of a scene for several cameras, its tree made once."""
     names = tuple(i.name for i in snapshot.reflectors())
-    rays = camera.primary_rays()
-    count = len(rays)
-    origin, direction, normal = (np.zeros((count, 3), np.float32) for _ in range(3))
-    reflector = np.full(count, -1, np.int32)
     soup = _soup(snapshot)
-    if len(soup["corners"]):
-        pixels, triangles = _first_hits(soup["corners"], rays, *_reach(camera, rays))
-        shiny = soup["reflector"][triangles] >= 0
-        pixels, triangles = pixels[shiny], triangles[shiny]
-        view, start = rays.direction[pixels].astype(np.float64), rays.origin[pixels].astype(np.float64)
-        point, weights = _meet(soup["corners"][triangles], start, view)
-        mirrored, shading = _mirror(soup, triangles, weights, view)
-        origin[pixels], direction[pixels], normal[pixels] = point, mirrored, shading
-        reflector[pixels] = soup["reflector"][triangles]
-    zero = np.zeros(shape, np.float32)
-    image = (*shape, 3)
-    return RayMap(
-        origin.reshape(image), direction.reshape(image), normal.reshape(image), reflector.reshape(shape), zero, zero, names
-    )
+    triangles = np.arange(3 * len(soup["corners"])).reshape(-1, 3)
+    tree = BVHTree.FromPolygons(soup["corners"].reshape(-1, 3).tolist(), triangles.tolist()) if len(triangles) else None
+
+    def ray_map(camera: Camera) -> RayMap:
+        shape = (camera.height, camera.width)
+        rays = camera.primary_rays()
+        count = len(rays)
+        origin, direction, normal = (np.zeros((count, 3), np.float32) for _ in range(3))
+        reflector = np.full(count, -1, np.int32)
+        if tree is not None:
+            pixels, triangles = _first_hits(tree, rays, *_reach(camera, rays))
+            shiny = soup["reflector"][triangles] >= 0
+            pixels, triangles = pixels[shiny], triangles[shiny]
+            view, start = rays.direction[pixels].astype(np.float64), rays.origin[pixels].astype(np.float64)
+            point, weights = _meet(soup["corners"][triangles], start, view)
+            mirrored, shading = _mirror(soup, triangles, weights, view)
+            origin[pixels], direction[pixels], normal[pixels] = point, mirrored, shading
+            reflector[pixels] = soup["reflector"][triangles]
+        zero = np.zeros(shape, np.float32)
+        image = (*shape, 3)
+        return RayMap(
+            origin.reshape(image), direction.reshape(image), normal.reshape(image), reflector.reshape(shape), zero, zero, names
+        )
+
+    return ray_map
 
 
 def _soup(snapshot: SceneSnapshot) -> dict[str, np.ndarray]:
@@ -63,9 +76,8 @@ def _reach(camera: Camera, rays) -> tuple[np.ndarray, np.ndarray]:
     return near / along, far / along
 
 
-def _first_hits(corners: np.ndarray, rays, near: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _first_hits(tree: BVHTree, rays, near: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(pixels, triangles) of the rays that meet something between near and far."""
-    tree = BVHTree.FromPolygons(corners.reshape(-1, 3).tolist(), np.arange(corners.size // 3).reshape(-1, 3).tolist())
     starts = rays.origin + rays.direction * near[:, None]
     rays_within = zip(starts.tolist(), rays.direction.tolist(), (far - near).tolist())
     found = [tree.ray_cast(start, direction, reach)[2] for start, direction, reach in rays_within]

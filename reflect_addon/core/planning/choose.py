@@ -1,0 +1,144 @@
+"""Which of its candidates each reflector gets.
+
+Rule. With a tolerance: the cheapest that keeps it, or else the one that comes nearest. Without: the one that shows its points best, or a cheaper one
+that is CLOSE to it, at no more cost than the best single method for all reflectors. Where a budget is exceeded the choice that gives up
+the least error for what it saves is made cheaper, until it is kept or nothing is left to be saved.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from .candidates import Candidate
+from .errors import WRONG
+from .goal import Goal
+from .samples import Seen
+
+CLOSE = 1.03  # of the least error: as good
+EXACT = 0.02  # degrees: nobody sees less, a pixel of a picture a metre away is three times as much
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What one reflector gets."""
+
+    seen: Seen
+    candidates: tuple[Candidate, ...]
+    taken: Candidate
+    reason: str  # a sentence
+
+    def kept(self, goal: Goal) -> bool:
+        return not goal.tolerance or self.taken.promised <= goal.tolerance
+
+
+def choose(seen: Sequence[Seen], candidates: Sequence[Sequence[Candidate]], goal: Goal) -> tuple[list[Choice], list[str]]:
+    """(a choice for each reflector, sentences on what cannot be had)."""
+    choices = [_choice(one, tuple(some), goal) for one, some in zip(seen, candidates, strict=True)]
+    if not goal.tolerance:
+        choices = _no_dearer_than_single(choices)
+    said = []
+    for name, limit, unit in (("cost", goal.cost, "look-ups a ray"), ("bytes", goal.megabytes * 1e6, "bytes"), ("bake_seconds", goal.bake_seconds, "s of baking")):
+        if limit:
+            choices = _within(choices, name, limit)
+            if (spent := total(choices, name)) > limit:
+                said.append(f"The budget of {limit:,.4g} {unit} cannot be kept: the least is {spent:,.4g}.")
+    missed = [c for c in choices if not c.kept(goal)]
+    if missed:
+        worst = max(missed, key=lambda c: c.taken.promised)
+        said.append(
+            f"The tolerance of {goal.tolerance:g} degrees cannot be promised for {len(missed)} of {len(choices)} reflectors; the worst is "
+            f"{worst.seen.reflector.name} by {worst.taken.method}: {_degrees(worst.taken)}."
+        )
+    return choices, said
+
+
+def total(choices: Sequence[Choice], name: str) -> float:
+    """What a plan spends: `cost` is the mean over what is seen, `bytes` and `bake_seconds` are sums."""
+    if name != "cost":
+        return float(sum(getattr(c.taken, name) for c in choices))
+    shares = sum(c.seen.share for c in choices)
+    return sum(c.taken.cost * c.seen.share for c in choices) / shares if shares else max((c.taken.cost for c in choices), default=0.0)
+
+
+def error(choices: Sequence[Choice]) -> float:
+    """Degrees: the mean error of what is seen."""
+    shares = sum(c.seen.share for c in choices)
+    return sum(c.taken.errors.mean * c.seen.share for c in choices) / shares if shares else 0.0
+
+
+def _choice(seen: Seen, candidates: tuple[Candidate, ...], goal: Goal) -> Choice:
+    there = [c for c in candidates if c.errors is not None]
+    alone = {c.pruned for c in candidates if c.errors is None}
+    if len(there) == 1:
+        return Choice(seen, candidates, there[0], f"{next(iter(alone), 'nothing else was tried')}.".capitalize())
+    if goal.tolerance:
+        good = [c for c in there if c.promised <= goal.tolerance]
+        if good:
+            taken = min(good, key=_price)
+            return Choice(seen, candidates, taken, f"The cheapest that keeps {goal.tolerance:g} degrees: {_told(taken)}{_instead(there, taken)}.")
+        taken = min(there, key=lambda c: (c.promised, c.errors.mean, *_price(c)))
+        return Choice(seen, candidates, taken, f"None keeps {goal.tolerance:g} degrees safely; the nearest: {_told(taken)}{_instead(there, taken)}.")
+    least = min(c.errors.mean for c in there)
+    taken = min((c for c in there if c.errors.mean <= max(CLOSE * least, EXACT)), key=_price)
+    return Choice(seen, candidates, taken, f"Shows its points best: {_told(taken)}{_instead(there, taken)}.")
+
+
+def _price(candidate: Candidate) -> tuple[float, int]:
+    return candidate.cost, candidate.bytes
+
+
+def _told(candidate: Candidate) -> str:
+    return f"{_degrees(candidate)}, {candidate.cost:.2g} look-ups"
+
+
+def _degrees(candidate: Candidate) -> str:
+    if candidate.promised >= WRONG:
+        return f"{candidate.errors.wrong:.1%} of its rays miss what is there"
+    return f"95 % of its rays within {max(candidate.promised, 0.01):.2g} degrees"
+
+
+def _instead(there: list[Candidate], taken: Candidate) -> str:
+    """What the next cheaper one would have been."""
+    cheaper = [c for c in there if _price(c) < _price(taken)]
+    if not cheaper:
+        return ""
+    other = min(cheaper, key=lambda c: c.errors.mean)
+    return f"; {other.method} for {other.cost:.2g}: {_degrees(other)}"
+
+
+def _no_dearer_than_single(choices: list[Choice]) -> list[Choice]:
+    """At no more cost than the one method that is best for all, and never worse than it."""
+    singles = []
+    for method in {c.method for one in choices for c in one.candidates if c.errors is not None}:
+        row = [next((c for c in one.candidates if c.method == method and c.errors is not None), None) for one in choices]
+        # Where a method was not tried the choice is already as good.
+        singles.append([replace(one, taken=c or one.taken, reason=f"{method} is the best single method.") for one, c in zip(choices, row, strict=True)])
+    least = min(map(error, singles), default=0.0)
+    good = [s for s in singles if error(s) <= max(CLOSE * least, EXACT)]
+    best = min(good, key=lambda s: total(s, "cost"), default=choices)
+    mixed = _within(choices, "cost", max(total(best, "cost"), 1.0))
+    return mixed if error(mixed) <= max(CLOSE * error(best), EXACT) else best
+
+
+def _within(choices: list[Choice], name: str, limit: float) -> list[Choice]:
+    """Made cheaper until the budget holds, or nothing is left to be saved."""
+    choices = list(choices)
+    while total(choices, name) > limit * (1 + 1e-9):
+        steps = [
+            (_loss(one, c, name), k, c)
+            for k, one in enumerate(choices)
+            for c in one.candidates
+            if c.errors is not None and getattr(c, name) < getattr(one.taken, name) and (name != "cost" or one.seen.share > 0)
+        ]
+        if not steps:
+            break
+        _, k, c = min(steps, key=lambda step: step[0])
+        words = {"cost": "time", "bytes": "memory", "bake_seconds": "bake time"}[name]
+        choices[k] = replace(choices[k], taken=c, reason=f"For the budget of {words}, instead of {choices[k].taken.method}: {_told(c)}.")
+    return choices
+
+
+def _loss(one: Choice, other: Candidate, name: str) -> float:
+    """Error that is given up for each unit that is saved."""
+    weight = max(one.seen.share, 1e-9)
+    saved = (getattr(one.taken, name) - getattr(other, name)) * (weight if name == "cost" else 1.0)
+    return (other.errors.mean - one.taken.errors.mean) * weight / saved

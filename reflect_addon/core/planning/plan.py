@@ -1,0 +1,119 @@
+"""A plan as it is kept: which stand-in each reflector has, what was promised, what was measured, and what else was tried. A JSON file beside the
+assets that it names; reading it trusts nothing."""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import get_args, get_origin, get_type_hints
+
+from ..errors import ReflectError
+from ..safe_write import write_whole
+from .choose import Choice
+from .goal import Goal
+
+FORMAT = 1
+FILE_NAME = "plan.json"
+MAX_BYTES = 16 << 20
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One candidate of a reflector."""
+
+    method: str
+    pruned: str  # why it was not tried; "": it was
+    promised: float  # degrees that 95 % of the planned rays keep within, and the next three: 0 where it was not tried
+    mean: float  # degrees, each at most errors.ELSEWHERE
+    wrong: float  # share of rays that show a surface for the sky or the sky for a surface
+    cost: float  # look-ups of an environment map
+    bytes: int  # as estimated
+    bake_seconds: float  # as estimated
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one reflector gets."""
+
+    reflector: str
+    method: str
+    reason: str
+    share: float  # of what is seen
+    promised: float  # degrees
+    measured: float  # degrees that 95 % of the rays that no choice has seen keep within, by the baked asset; -1: not baked yet
+    tried: tuple[Tried, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    goal: Goal
+    inputs: str  # SceneSnapshot.geometry_hash that it was made for
+    by_cameras: bool  # whether the scene's cameras say what is seen
+    seconds: float  # that planning took
+    rows: tuple[Row, ...]
+    warnings: tuple[str, ...]  # what cannot be had
+
+    def method_of(self, reflector: str) -> str | None:
+        return next((row.method for row in self.rows if row.reflector == reflector), None)
+
+
+def row_of(choice: Choice) -> Row:
+    """Before it is baked."""
+    tried = tuple(
+        Tried(
+            c.method, c.pruned, *((c.errors.promised, c.errors.mean, c.errors.wrong) if c.errors else (0.0, 0.0, 0.0)),
+            float(c.cost), int(c.bytes), float(c.bake_seconds),
+        )
+        for c in choice.candidates
+    )  # fmt: skip
+    taken = choice.taken
+    return Row(choice.seen.reflector.name, taken.method, choice.reason, choice.seen.share, taken.errors.promised, -1.0, tried)
+
+
+def plan_of(goal: Goal, inputs: str, by_cameras: bool, seconds: float, choices: Sequence[Choice], warnings: Sequence[str]) -> Plan:
+    return Plan(goal, inputs, by_cameras, seconds, tuple(map(row_of, choices)), tuple(warnings))
+
+
+def write_plan(plan: Plan, folder: Path) -> None:
+    write_whole(Path(folder) / FILE_NAME, (json.dumps({"what": "reflect plan", "format": FORMAT, **asdict(plan)}, indent=1, allow_nan=False) + "\n").encode())
+
+
+def read_plan(folder: Path) -> Plan | None:
+    """The plan in a folder of assets; None without one. ReflectError where it is damaged or of a newer version."""
+    path = Path(folder) / FILE_NAME
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise ReflectError(f"{path} could not be read ({error.strerror or error}).", "Make it readable, or bake again.") from error
+    try:
+        if len(content) > MAX_BYTES:
+            raise ValueError("it is too large")
+        document = json.loads(content)
+        if not isinstance(document, dict) or document.pop("what", None) != "reflect plan":
+            raise ValueError("it is no plan of Reflect's")
+        if (format := document.pop("format", None)) != FORMAT:
+            raise ValueError(f"it has format {format}, this version reads {FORMAT}")
+        return _as(Plan, document, "plan")
+    except (ValueError, RecursionError) as error:
+        raise ReflectError(f"{path} is damaged: {error}.", "Bake again.") from error
+
+
+def _as(kind, value, name: str):
+    """A JSON value as what a field declares. ValueError names the field that is something else."""
+    if is_dataclass(kind):
+        hints = get_type_hints(kind)
+        if not isinstance(value, dict) or value.keys() != hints.keys():
+            raise ValueError(f"{name} has other fields than {', '.join(hints)}")
+        return kind(**{f.name: _as(hints[f.name], value[f.name], f"{name}.{f.name}") for f in fields(kind)})
+    if get_origin(kind) is tuple:
+        if not isinstance(value, list):
+            raise ValueError(f"{name} is no list")
+        return tuple(_as(get_args(kind)[0], item, f"{name}[{k}]") for k, item in enumerate(value))
+    allowed = (int, float) if kind is float else (kind,)
+    if type(value) not in allowed or (kind is float and not math.isfinite(value)):
+        raise ValueError(f"{name} is no {kind.__name__}")
+    return kind(value)

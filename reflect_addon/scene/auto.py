@@ -1,0 +1,132 @@
+"""`auto`: a plan is made, what it takes is baked, and what was baked is proved on rays that no choice has seen.
+
+Assets lie in a folder of their own (FOLDER) below those that were asked for by name, with the plan beside them, so that trying `auto` replaces nothing.
+Where a proof fails the next dearer candidate is baked and proved in its place.
+"""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import bpy
+
+from ..core import methods
+from ..core.asset import Asset
+from ..core.asset_places import asset_name
+from ..core.errors import ReflectError
+from ..core.planning.candidates import measure
+from ..core.planning.choose import Choice
+from ..core.planning.goal import Goal
+from ..core.planning.plan import Plan, plan_of, read_plan, write_plan
+from ..core.progress import Progress, teller
+from ..core.snapshot import SceneSnapshot
+from .bake import bake_assets, chosen_reflectors, load_assets
+from .freshness import settings_for
+from .planner import plan
+from .raytrace import trace
+
+FOLDER = "auto"
+PLANNING = 0.1  # share of the work
+
+
+def bake_auto(
+    scene: bpy.types.Scene, snapshot: SceneSnapshot, folder: Path, *, reflectors: list[str] | tuple[str, ...] = (), settings: dict[str, object] | None = None,
+    progress: Progress | None = None, tracer: Callable | None = None, again: bool = False,
+) -> list[Path]:  # fmt: skip
+    """Plans, bakes and proves, for the named reflectors or all; returns the assets' folders. settings: of `auto` and of the bakes.
+    ReflectError as scene/bake.py's."""
+    chosen = chosen_reflectors(snapshot, reflectors)
+    say = teller(progress, "The bake")
+    goal = Goal.of(settings_for("auto", settings))
+    planned = plan(scene, snapshot, goal, settings or {}, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen)
+    for sentence in planned.warnings:
+        say(PLANNING, f"Warning: {sentence}")
+    below = Path(folder) / FOLDER
+    bake = partial(bake_assets, snapshot, settings=settings, tracer=tracer or partial(trace, scene=scene), again=again)
+    proved = _bake_and_prove(snapshot, list(planned.choices), goal, below, bake, lambda s, t: say(PLANNING + (1 - PLANNING) * s, t))
+    made = plan_of(goal, snapshot.geometry_hash, planned.by_cameras, planned.seconds, [one.choice for one in proved], planned.warnings)
+    rows = {row.reflector: replace(row, measured=one.measured) for row, one in zip(made.rows, proved, strict=True)}
+    paths = list(dict.fromkeys(path for one in proved for path in one.paths))
+    if reflectors and (earlier := read_plan(below)):  # others keep what they have
+        rows = {row.reflector: row for row in earlier.rows} | rows
+    else:
+        _remove_others(below, paths)
+    write_plan(replace(made, rows=tuple(rows.values())), below)
+    say(1.0, "Baked")
+    return paths
+
+
+@dataclass(frozen=True)
+class _Proved:
+    """What was baked for one reflector."""
+
+    choice: Choice
+    measured: float  # degrees
+    paths: tuple[Path, ...]
+
+
+def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, below: Path, bake: Callable, say: Progress) -> list[_Proved]:
+    """Rounds: all that is chosen, method by method; then, where a promise was not kept, the next dearer candidate."""
+    proved: dict[str, _Proved] = {}
+    todo, share, left = choices, 0.0, 1.0
+    while todo:
+        by_method: dict[str, list[Choice]] = {}
+        for choice in todo:
+            by_method.setdefault(choice.taken.method, []).append(choice)
+        whole = sum(c.taken.bake_seconds for c in todo) or 1.0
+        todo, part = [], 0.7 * left
+        for method, some in by_method.items():
+            names = tuple(c.seen.reflector.name for c in some)
+            step = part * sum(c.taken.bake_seconds for c in some) / whole
+            paths = bake((method,), below, reflectors=names, progress=lambda s, t, share=share, step=step: say(share + s * step, t))
+            share += step
+            assets = load_assets(snapshot, method, below, alone=True)
+            for choice in some:
+                name = choice.seen.reflector.name
+                error = measure(assets[name], choice.seen.held_out)[0].p95
+                proved[name] = _Proved(choice, error, tuple(p for p in paths if p.name in {asset_name(k, n) for k in methods.with_required((method,)) for n in (name, "")}))
+                if goal.tolerance and error > goal.tolerance and (other := _dearer(choice, goal)):
+                    todo.append(other)
+        left = 1.0 - share
+    return [proved[c.seen.reflector.name] for c in choices]
+
+
+def _dearer(choice: Choice, goal: Goal) -> Choice | None:
+    """The cheapest of those that cost more and promise to keep the tolerance."""
+    some = [c for c in choice.candidates if c.errors is not None and c.cost > choice.taken.cost and c.promised <= goal.tolerance]
+    if not some:
+        return None
+    taken = min(some, key=lambda c: (c.cost, c.bytes))
+    return replace(choice, taken=taken, reason=f"{choice.taken.method} did not keep {goal.tolerance:g} degrees on rays that it was not planned with.")
+
+
+def load_auto(snapshot: SceneSnapshot, folder: Path) -> dict[str, Asset]:
+    """Reflector name -> asset, as load_assets; of whichever method the plan has for it."""
+    below = Path(folder) / FOLDER
+    found = read_plan(below)
+    if found is None:
+        return {}
+    by_method: dict[str, set[str]] = {}
+    for row in found.rows:
+        if row.method not in methods.names():
+            raise ReflectError(f"{below} has a plan with the method {row.method}, which this version does not know.", "Bake again.")
+        by_method.setdefault(row.method, set()).add(row.reflector)
+    out = {}
+    for method, names in by_method.items():
+        out |= {name: asset for name, asset in load_assets(snapshot, method, below, alone=True).items() if name in names}
+    return out
+
+
+def plan_in(folder: Path) -> Plan | None:
+    """The plan that a folder's assets of `auto` were baked by."""
+    return read_plan(Path(folder) / FOLDER)
+
+
+def _remove_others(below: Path, kept: list[Path]) -> None:
+    """Deletes assets of earlier plans."""
+    names = {path.name for path in kept}
+    for path in below.iterdir():
+        if path.is_dir() and path.name.partition("-")[0] in methods.names() and path.name not in names:
+            shutil.rmtree(path, ignore_errors=True)

@@ -1,0 +1,169 @@
+"""core/planning/: how far off answers are, which candidate is taken, and the plan as a file."""
+
+import json
+
+import numpy as np
+import pytest
+from analytic import directions
+
+from reflect_addon.core import spaces
+from reflect_addon.core.errors import ReflectError
+from reflect_addon.core.planning import choose as choosing
+from reflect_addon.core.planning.candidates import LADDER, Candidate, coarse
+from reflect_addon.core.planning.choose import choose, error, total
+from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, measured, ray_errors
+from reflect_addon.core.planning.goal import Goal
+from reflect_addon.core.planning.plan import FILE_NAME, plan_of, read_plan, write_plan
+from reflect_addon.core.planning.samples import Sample, Seen
+from reflect_addon.core.rays import Answer, Hits, Rays
+from reflect_addon.core.snapshot import Instance
+
+NO_RAYS = Rays(*np.zeros((2, 0, 3), np.float32))
+NO_HITS = Hits(*np.zeros((3, 0, 3), np.float32), np.zeros(0, np.int32), np.zeros(0, bool))
+
+
+def seen(name: str, share: float) -> Seen:
+    return Seen(Instance(name, name, 0, np.eye(4), (0,), True), share, True, Sample(NO_RAYS, NO_HITS), Sample(NO_RAYS, NO_HITS))
+
+
+def candidate(method: str, degrees: float, cost: float, size: int = 1000, seconds: float = 1.0) -> Candidate:
+    return Candidate(method, Measured(100, degrees / 3, degrees, degrees, min(degrees / 2, ELSEWHERE), 0.0), cost, size, seconds)
+
+
+def random_scene(rng, reflectors: int) -> tuple[list[Seen], list[list[Candidate]]]:
+    """Candidates that get better as they get dearer, mostly."""
+    shares = rng.random(reflectors)
+    some = []
+    for _ in range(reflectors):
+        cost = np.cumsum(rng.exponential(2.0, len(LADDER))) + 1
+        degrees = rng.exponential(5.0, len(LADDER)) / cost
+        some.append([candidate(m, *map(float, pair), int(rng.integers(1, 1e7)), float(rng.random())) for m, *pair in zip(LADDER, degrees, cost)])
+    return [seen(f"R{k}", float(s)) for k, s in enumerate(shares)], some
+
+
+def test_an_error_is_the_angle_between_what_is_shown_and_what_is_met(rng):
+    rays = Rays(rng.normal(size=(500, 3)).astype("f"), directions(rng, 500).astype("f"))
+    far = rng.uniform(1, 5, (500, 1))
+    across = np.cross(rays.direction, rng.normal(size=(500, 3)))
+    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    degrees = rng.uniform(0, 60, 500)
+    met = rays.origin + rays.direction * far
+    shown = rays.origin + (rays.direction * np.cos(np.radians(degrees))[:, None] + across * np.sin(np.radians(degrees))[:, None]) * far * 3
+    truth = Hits(np.zeros((500, 3)), met, np.zeros((500, 3)), np.zeros(500, int), np.ones(500, bool))
+    answer = Answer(np.zeros((500, 3)), np.ones(500), shown, np.full(500, spaces.STATUS_HIT))
+    np.testing.assert_allclose(ray_errors(answer, truth, rays), degrees, atol=1e-3)
+    sky = rays.origin + rays.direction * spaces.FAR
+    assert np.all(ray_errors(Answer(answer.radiance, answer.coverage, sky, answer.status), truth, rays) == WRONG)
+    assert np.all(ray_errors(answer, Hits(truth.radiance, sky, truth.normal, truth.object, ~truth.hit), rays) == WRONG)
+    assert np.all(ray_errors(Answer(answer.radiance, answer.coverage, sky, answer.status), Hits(truth.radiance, sky, truth.normal, truth.object, ~truth.hit), rays) == 0)
+
+
+def test_a_promise_is_kept_by_rays_that_nobody_saw(rng):
+    """Of errors of any shape, a promise from a sample fails for other samples in at most a few of a hundred."""
+    failed = 0
+    for _ in range(400):
+        everything = rng.exponential(1.0, 40000) ** rng.uniform(0.5, 3) * rng.choice([0.1, 1.0, 10.0], 40000, p=[0.5, 0.4, 0.1])
+        planned, held_out = rng.choice(everything, (2, 1500))
+        failed += measured(held_out).p95 > 1.5 * measured(planned).promised
+    assert failed <= 4
+    assert measured(np.zeros(0)).promised == 0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_cheapest_that_keeps_the_tolerance_is_taken(seed):
+    rng = np.random.default_rng(seed)
+    scene, candidates = random_scene(rng, 6)
+    choices, said = choose(scene, candidates, Goal(1.0))
+    for one, some in zip(choices, candidates, strict=True):
+        good = [c for c in some if c.promised <= 1.0]
+        assert one.kept(Goal(1.0)) == bool(good)
+        assert one.taken.cost == min((c.cost for c in good), default=one.taken.cost)
+        if not good:
+            assert one.taken.promised == min(c.promised for c in some)
+    assert bool(said) == (not all(c.kept(Goal(1.0)) for c in choices))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_without_a_tolerance_nothing_is_worse_or_dearer_than_the_best_single_method(seed):
+    rng = np.random.default_rng(seed)
+    scene, candidates = random_scene(rng, 6)
+    choices, said = choose(scene, candidates, Goal(0.0))
+    singles = [[choosing.Choice(s, tuple(some), some[k], "") for s, some in zip(scene, candidates, strict=True)] for k in range(len(LADDER))]
+    best = min(singles, key=error)
+    assert error(choices) <= error(best) * 1.1
+    assert total(choices, "cost") <= total(best, "cost") * (1 + 1e-9)
+    assert not said
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("name", ["cost", "megabytes", "bake_seconds"])
+def test_budgets_are_kept_or_what_is_the_least_is_said(seed, name):
+    rng = np.random.default_rng(seed)
+    scene, candidates = random_scene(rng, 6)
+    field, unit = {"megabytes": ("bytes", 1e6)}.get(name, (name, 1.0))
+    free = total(choose(scene, candidates, Goal(1.0))[0], field)
+    limit = free * rng.uniform(0.05, 1.0)
+    choices, said = choose(scene, candidates, Goal(1.0, **{name: limit / unit}))
+    if total(choices, field) > limit * (1 + 1e-6):
+        least = [min(getattr(c, field) for c in some) for some in candidates]
+        assert [getattr(c.taken, field) for c in choices] == least
+        assert any("budget" in sentence for sentence in said)
+    else:
+        assert not any("budget" in sentence for sentence in said)
+
+
+def test_a_budget_of_next_to_nothing_and_a_tolerance_without_end(rng):
+    scene, candidates = random_scene(rng, 4)
+    cheapest, _ = choose(scene, candidates, Goal(90.0))
+    assert all(c.taken.cost == min(k.cost for k in c.candidates) for c in cheapest)
+    tight, said = choose(scene, candidates, Goal(1e-9, 1e-9, 1e-12, 1e-9))
+    assert len(tight) == 4 and len(said) == 4
+    assert choose([], [], Goal(1.0)) == ([], [])
+    unseen, _ = choose([seen("A", 0.0)], [candidates[0]], Goal(0.0, cost=1.0))
+    assert len(unseen) == 1
+
+
+def test_a_try_is_coarse_but_no_finer_than_what_is_asked_for():
+    assert coarse({"resolution": 256, "texels": 32, "view_texels": 8, "samples": 16, "order": 3}) == {
+        "resolution": 64, "texels": 16, "view_texels": 8, "samples": 1, "order": 3,
+    }  # fmt: skip
+
+
+def test_a_plan_survives_its_file_and_damage_is_told(tmp_path, rng):
+    scene, candidates = random_scene(rng, 3)
+    candidates[0][3] = Candidate("billboards", pruned="a cheaper one keeps the tolerance")
+    choices, said = choose(scene, candidates, Goal(1.0, 3.0))
+    plan = plan_of(Goal(1.0, 3.0), "abc", True, 0.5, choices, said)
+    assert read_plan(tmp_path) is None
+    write_plan(plan, tmp_path)
+    assert read_plan(tmp_path) == plan
+    assert plan.method_of("R1") == choices[1].taken.method and plan.method_of("nobody") is None
+    whole = (tmp_path / FILE_NAME).read_text()
+    for turn in range(300):
+        document = json.loads(whole)
+        spoil(document, np.random.default_rng(turn))
+        (tmp_path / FILE_NAME).write_text(json.dumps(document))
+        with pytest.raises(ReflectError, match="damaged"):
+            read_plan(tmp_path)
+    for text in (whole[:-40], "", "[]", "{", "\x00", "[" * 100000, '{"what": "reflect plan", "format": 2}'):
+        (tmp_path / FILE_NAME).write_text(text)
+        with pytest.raises(ReflectError, match="damaged"):
+            read_plan(tmp_path)
+
+
+def spoil(document: dict, rng) -> None:
+    """One value of another type, one field too few or one too many, anywhere."""
+    at = document
+    while True:
+        key = rng.choice(sorted(at)) if isinstance(at, dict) else int(rng.integers(len(at)))
+        inner = at[key]
+        if isinstance(inner, dict | list) and inner and rng.random() < 0.8:
+            at = inner
+            continue
+        break
+    if isinstance(at, dict) and rng.random() < 0.3:
+        del at[key]
+    elif isinstance(at, dict) and rng.random() < 0.3:
+        at["more"] = 1
+    else:
+        at[key] = None if rng.random() < 0.5 else {"x": [inner]}
