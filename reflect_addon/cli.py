@@ -61,6 +61,7 @@ def parser() -> argparse.ArgumentParser:
 
     analyse = _verb(verbs, "analyse", "what is shiny in the scene, and which reflections are baked")
     analyse.add_argument("--json", action="store_true", help="machine-readable output")
+    analyse.add_argument("--plan", action="store_true", help="which method `auto` would give each reflector, and why")
     _settings(analyse)
 
     bake = _verb(verbs, "bake", "make the assets of methods")

@@ -16,8 +16,8 @@ from .core.safe_write import check_folder, check_writable, write_whole
 def analyse(arguments) -> None:
     from .evaluation.analyse import analyse_scene, as_text
 
-    settings = _given(arguments, registry.names())
-    found = analyse_scene(_scene(arguments), settings)
+    settings = _given(arguments, (registry.AUTO,))
+    found = analyse_scene(_scene(arguments), settings, arguments.plan)
     _print(arguments, json.dumps(found, indent=1) if arguments.json else as_text(found))
 
 
@@ -99,7 +99,7 @@ def evaluate(arguments) -> None:
 def shader(arguments) -> None:
     from .core.kernel import emit_glsl, record
     from .evaluation.frame import open_frame
-    from .scene.bake import load_assets
+    from .scene.load import load_assets
     from .scene.places import assets_of
 
     _methods(arguments.method)
@@ -115,7 +115,7 @@ def shader(arguments) -> None:
     wanted = ("radiance", "coverage", "position", "status")
     sources: dict[str, list[str]] = {}
     for name, asset in found.items():
-        kernel = emit_glsl(record(registry.get(arguments.method).trace, asset), wanted, "answer", push_bytes=0)
+        kernel = emit_glsl(record(registry.get(asset.kind).trace, asset), wanted, "answer", push_bytes=0)
         sources.setdefault(kernel.typedef + "\n" + kernel.source, []).append(name)
     for source, names in sources.items():
         _print(arguments, f"// {arguments.method} of {' '.join(', '.join(names).split())}\n{source}")

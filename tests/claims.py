@@ -17,9 +17,10 @@ from reflect_addon.evaluation import eye
 from reflect_addon.evaluation.backends import GpuBackend
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.truth import lifted
-from reflect_addon.scene.bake import bake_assets, chosen_reflectors, load_assets
+from reflect_addon.scene.bake import bake_assets, chosen_reflectors
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.intersect import intersector
+from reflect_addon.scene.load import load_assets
 from reflect_addon.scene.look import read_look
 from reflect_addon.scene.raytrace import trace
 

@@ -1,21 +1,26 @@
 """What Reflect sees in a scene: reflectors, what was simplified, what each method costs, what is baked and stale."""
 
+from dataclasses import asdict
+
 import bpy
 
 from ..core import methods as registry
 from ..core.errors import ReflectError
 from ..core.job import BakeJob
-from ..scene.bake import load_assets
+from ..core.planning.goal import Goal
+from ..core.planning.plan import Plan
 from ..scene.freshness import is_stale, remark, settings_for
 from ..scene.intersect import intersector
+from ..scene.load import load_assets, plan_in
 from ..scene.places import assets_of
+from ..scene.planner import plan
 from ..scene.ways import ways
 from .frame import open_frame
 
 
-def analyse_scene(scene: bpy.types.Scene, settings: dict[str, object] | None = None) -> dict:
+def analyse_scene(scene: bpy.types.Scene, settings: dict[str, object] | None = None, planned: bool = False) -> dict:
     """JSON-ready: scene, reflectors, warnings, methods with the state and bytes of their assets, and what a bake with these
-    settings would take."""
+    settings would take; the plan that assets of `auto` were baked by, or, if asked for, the one that a bake would make now."""
     folder = assets_of(scene)
     with open_frame(scene, None) as snapshot:
         reflectors = []
@@ -35,6 +40,7 @@ def analyse_scene(scene: bpy.types.Scene, settings: dict[str, object] | None = N
                 }
             )
         methods = [_method(name, snapshot, folder, settings or {}) for name in registry.names()]
+        found_plan = _plan(scene, snapshot, folder, settings or {}, planned)
     return {
         "file": bpy.data.filepath,
         "scene": scene.name,
@@ -45,8 +51,19 @@ def analyse_scene(scene: bpy.types.Scene, settings: dict[str, object] | None = N
         "assets": str(folder),
         "reflectors": reflectors,
         "methods": methods,
+        "plan": None if found_plan is None else asdict(found_plan),
         "warnings": list(snapshot.warnings),
     }
+
+
+def _plan(scene, snapshot, folder, settings: dict, planned: bool) -> Plan | None:
+    if not planned:
+        try:
+            return plan_in(folder)
+        except ReflectError:
+            return None
+    goal = Goal.of(settings_for(registry.AUTO, settings))
+    return plan(scene, snapshot, goal, settings, lambda share, text: None)[0]
 
 
 def _method(name: str, snapshot, folder, settings: dict) -> dict:
@@ -102,5 +119,21 @@ def as_text(found: dict) -> str:
         size = f"{m['bytes'] / 1e6:.2f} MB" if m["bytes"] else f"about {m['predicted_bytes'] / 1e6:.2f} MB to bake"
         lines.append(f"  {m['name']}: {m['state']}, {size}")
         lines += [f"    {note}" for note in m["notes"]]
+    lines += _plan_lines(found["plan"]) if found["plan"] else []
     lines += [f"Warning: {w}" for w in found["warnings"]]
     return "\n".join(lines)
+
+
+def _plan_lines(found: dict) -> list[str]:
+    goal, rows = found["goal"], found["rows"]
+    asked = f"{goal['tolerance']:g} degrees" if goal["tolerance"] else "the best"
+    lines = [f"Auto, asked for {asked}, for what {'the camera sees' if found['by_cameras'] else 'is seen from anywhere'}; planned in {found['seconds']:.1f} s:"]
+    for row in rows:
+        taken = next(t for t in row["tried"] if t["method"] == row["method"])
+        measured = f", measured {row['measured']:.2g}" if row["measured"] >= 0 else ""
+        lines.append(
+            f"  {row['reflector']}: {row['method']}, promised {row['promised']:.2g} degrees{measured}, {taken['cost']:.2g} look-ups, "
+            f"about {taken['bytes'] / 1e6:.1f} MB and {taken['bake_seconds']:.0f} s of baking"
+        )
+        lines.append(f"    {row['reason']}")
+    return lines + [f"  {sentence}" for sentence in found["warnings"]]

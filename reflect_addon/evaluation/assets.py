@@ -12,8 +12,9 @@ from ..core.asset_places import file_name
 from ..core.drawn_settings import is_drawn
 from ..core.methods import AUTO
 from ..core.snapshot import SceneSnapshot
-from ..scene.auto import bake_auto, load_auto
-from ..scene.bake import bake_assets, load_assets, load_surfaces
+from ..scene.auto import bake_auto
+from ..scene.bake import bake_assets
+from ..scene.load import load_assets, load_surfaces
 from ..scene.places import assets_of
 from ..scene.raytrace import trace
 
@@ -47,8 +48,6 @@ def assets_for(
 
 def baked_in(folder: Path, snapshot: SceneSnapshot, method: str) -> Baked:
     """What lies in a folder."""
-    if method == AUTO:
-        return Baked(load_auto(snapshot, folder), None, folder)
     assets = load_assets(snapshot, method, folder)
     return Baked(assets, load_surfaces(method, folder) if assets else None, folder)
 

@@ -13,8 +13,9 @@ import numpy as np
 
 from ..core.methods import billboards, environment
 from ..core.processes import temporary_folder
-from ..scene.bake import bake_assets, load_assets
+from ..scene.bake import bake_assets
 from ..scene.camera import camera_of
+from ..scene.load import load_assets
 from ..scene.raytrace import trace
 from . import bench_popescu, ground_quads
 from .bench_row import row

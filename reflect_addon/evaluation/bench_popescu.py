@@ -10,8 +10,9 @@ import bpy
 import numpy as np
 
 from ..core.processes import temporary_folder
-from ..scene.bake import bake_assets, load_assets
+from ..scene.bake import bake_assets
 from ..scene.camera import camera_of
+from ..scene.load import load_assets
 from ..scene.raytrace import trace
 from .bench_row import row
 from .frame import open_frame

@@ -12,8 +12,8 @@ import bpy
 
 from ..core.asset_places import scene_folder
 from ..core.errors import ReflectError
-from ..scene.bake import load_assets
 from ..scene.freshness import is_stale
+from ..scene.load import load_assets
 from ..scene.native_materials import IMAGES, Report, remove_from_materials, use_in_materials
 from ..scene.properties import object_properties
 from .frame import open_frame

@@ -1,6 +1,6 @@
 """`auto`: a plan is made, what it takes is baked, and what was baked is proved on rays that no choice has seen.
 
-Assets lie in a folder of their own (FOLDER) below those that were asked for by name, with the plan beside them, so that trying `auto` replaces nothing.
+Assets lie in a folder of their own (load.PLANNED) below those that were asked for by name, with the plan beside them, so that trying `auto` replaces nothing.
 Where a proof fails the next dearer candidate is baked and proved in its place.
 """
 
@@ -13,21 +13,20 @@ from pathlib import Path
 import bpy
 
 from ..core import methods
-from ..core.asset import Asset
 from ..core.asset_places import asset_name
 from ..core.errors import ReflectError
 from ..core.planning.candidates import measure
 from ..core.planning.choose import Choice
 from ..core.planning.goal import Goal
-from ..core.planning.plan import Plan, plan_of, read_plan, write_plan
+from ..core.planning.plan import Plan, read_plan, row_of, write_plan
 from ..core.progress import Progress, teller
 from ..core.snapshot import SceneSnapshot
-from .bake import bake_assets, chosen_reflectors, load_assets
+from .bake import bake_assets, chosen_reflectors
 from .freshness import settings_for
+from .load import PLANNED, load_assets
 from .planner import plan
 from .raytrace import trace
 
-FOLDER = "auto"
 PLANNING = 0.1  # share of the work
 
 
@@ -39,22 +38,44 @@ def bake_auto(
     ReflectError as scene/bake.py's."""
     chosen = chosen_reflectors(snapshot, reflectors)
     say = teller(progress, "The bake")
-    goal = Goal.of(settings_for("auto", settings))
-    planned = plan(scene, snapshot, goal, settings or {}, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen)
-    for sentence in planned.warnings:
-        say(PLANNING, f"Warning: {sentence}")
-    below = Path(folder) / FOLDER
+    settings, below = settings or {}, Path(folder) / PLANNED
+    goal = Goal.of(settings_for(methods.AUTO, settings))
+    names = [i.name for i in chosen]
     bake = partial(bake_assets, snapshot, settings=settings, tracer=tracer or partial(trace, scene=scene), again=again)
-    proved = _bake_and_prove(snapshot, list(planned.choices), goal, below, bake, lambda s, t: say(PLANNING + (1 - PLANNING) * s, t))
-    made = plan_of(goal, snapshot.geometry_hash, planned.by_cameras, planned.seconds, [one.choice for one in proved], planned.warnings)
-    rows = {row.reflector: replace(row, measured=one.measured) for row, one in zip(made.rows, proved, strict=True)}
+    earlier = _earlier(below)
+    if earlier and not again and earlier.is_for(goal, snapshot.geometry_hash, settings, names):
+        return _bake_planned(earlier, names, below, bake, say)
+    made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen)
+    for sentence in made.warnings:
+        say(PLANNING, f"Warning: {sentence}")
+    proved = _bake_and_prove(snapshot, choices, goal, below, bake, lambda s, t: say(PLANNING + (1 - PLANNING) * s, t))
+    rows = {one.choice.seen.reflector.name: replace(row_of(one.choice), measured=one.measured) for one in proved}
     paths = list(dict.fromkeys(path for one in proved for path in one.paths))
-    if reflectors and (earlier := read_plan(below)):  # others keep what they have
+    if reflectors and earlier:  # others keep what they have
         rows = {row.reflector: row for row in earlier.rows} | rows
     else:
         _remove_others(below, paths)
     write_plan(replace(made, rows=tuple(rows.values())), below)
     say(1.0, "Baked")
+    return paths
+
+
+def _earlier(below: Path) -> Plan | None:
+    try:
+        return read_plan(below)
+    except ReflectError:
+        return None  # damaged: planned again
+
+
+def _bake_planned(made: Plan, names: list[str], below: Path, bake: Callable, say: Progress) -> list[Path]:
+    """What the plan of an earlier bake has: nothing, where all of it is fresh."""
+    by_method: dict[str, list[str]] = {}
+    for row in made.rows:
+        if row.reflector in names:
+            by_method.setdefault(row.method, []).append(row.reflector)
+    paths = []
+    for number, (method, some) in enumerate(by_method.items()):
+        paths += bake((method,), below, reflectors=tuple(some), progress=lambda s, t, n=number: say((n + s) / len(by_method), t))
     return paths
 
 
@@ -100,28 +121,6 @@ def _dearer(choice: Choice, goal: Goal) -> Choice | None:
         return None
     taken = min(some, key=lambda c: (c.cost, c.bytes))
     return replace(choice, taken=taken, reason=f"{choice.taken.method} did not keep {goal.tolerance:g} degrees on rays that it was not planned with.")
-
-
-def load_auto(snapshot: SceneSnapshot, folder: Path) -> dict[str, Asset]:
-    """Reflector name -> asset, as load_assets; of whichever method the plan has for it."""
-    below = Path(folder) / FOLDER
-    found = read_plan(below)
-    if found is None:
-        return {}
-    by_method: dict[str, set[str]] = {}
-    for row in found.rows:
-        if row.method not in methods.names():
-            raise ReflectError(f"{below} has a plan with the method {row.method}, which this version does not know.", "Bake again.")
-        by_method.setdefault(row.method, set()).add(row.reflector)
-    out = {}
-    for method, names in by_method.items():
-        out |= {name: asset for name, asset in load_assets(snapshot, method, below, alone=True).items() if name in names}
-    return out
-
-
-def plan_in(folder: Path) -> Plan | None:
-    """The plan that a folder's assets of `auto` were baked by."""
-    return read_plan(Path(folder) / FOLDER)
 
 
 def _remove_others(below: Path, kept: list[Path]) -> None:

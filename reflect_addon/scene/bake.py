@@ -13,18 +13,18 @@ from pathlib import Path
 
 from ..core import methods, surface_asset, surface_radiance
 from ..core.asset import Asset
-from ..core.asset_files import BAKE_AGAIN, is_fresh, load_asset, save_asset
+from ..core.asset_files import is_fresh, load_asset, save_asset
 from ..core.asset_places import asset_name
 from ..core.bake_lock import one_bake_at_a_time
 from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
 from ..core.job import BakeJob
-from ..core.kernel import record
 from ..core.progress import Progress, Stages, teller
 from ..core.snapshot import Instance, SceneSnapshot
 from ..core.unfinished import PREFIX, Unfinished
 from .freshness import has_settings, inputs_hash, is_stale, settings_for
 from .intersect import intersector
+from .load import answering, draws_surfaces, load_kind
 from .raytrace import trace
 from .ways import camera_way, ways
 
@@ -138,50 +138,6 @@ def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, finest: 
     save_asset(replace(asset, inputs_hash=inputs, bake_seconds=time.perf_counter() - began), path)
 
 
-def draws_surfaces(method: str) -> bool:
-    """Whether the method needs the scene's surface radiance."""
-    return bool(getattr(methods.get(method), "SURFACES", None))
-
-
-def load_surfaces(method: str, folder: Path) -> Asset | None:
-    """The scene's surface radiance where the method needs it. ReflectError when it is damaged or was never baked."""
-    return _load(Path(folder) / asset_name(surface_asset.KIND, ""), surface_asset.KIND) if draws_surfaces(method) else None
-
-
-def load_assets(scene: SceneSnapshot, method: str, folder: Path, alone: bool = False) -> dict[str, Asset]:
-    """Reflector name -> asset joined with what it requires, for every reflector that has one on disk; unless `alone`, with the
-    method's companion, too, where one is there.
-
-    Damaged assets raise ReflectError; reflectors that were never baked are simply missing from the result.
-    """
-    found, joined = {}, {}
-    loaded: dict[Path, Asset] = {}
-
-    def load(kind: str, reflector: Instance) -> Asset | None:
-        path = _path(folder, kind, reflector)
-        if path is not None and path not in loaded:
-            loaded[path] = _load(path, kind)
-        return loaded.get(path)
-
-    for reflector in scene.reflectors():
-        own, *others = assets = [load(kind, reflector) for kind in (method, *methods.get(method).REQUIRES)]
-        if None in assets:
-            continue
-        beside = (load(kind, reflector) for kind in (() if alone else methods.companions(method, own.settings)))
-        others += [asset for asset in beside if asset is not None][:1]
-        key = (id(own), *map(id, others))  # one object where reflectors share all of it
-        if key not in joined:
-            joined[key] = answering(own, others, _path(folder, method, reflector))
-        found[reflector.name] = joined[key]
-    return found
-
-
-def _path(folder: Path, kind: str, reflector: Instance) -> Path | None:
-    """Where the asset for this reflector lies: its own, or the one for all."""
-    places = (Path(folder) / asset_name(kind, name) for name in (reflector.name, ""))
-    return next((path for path in places if os.path.isfile(path / "asset.json")), None)
-
-
 def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) -> tuple[Instance, ...]:
     """The reflectors of these objects, or all. ReflectError when there is none or a name is not one of them."""
     everything = scene.reflectors()
@@ -200,25 +156,6 @@ def chosen_reflectors(scene: SceneSnapshot, names: list[str] | tuple[str, ...]) 
                 f"Reflectors are: {', '.join(sorted({i.object_name for i in everything}))}.",
             )
     return tuple(i for i in everything if not names or i.name in names or i.object_name in names)
-
-
-def _load(path: Path, kind: str) -> Asset:
-    """The asset in the folder, which must be of this kind."""
-    asset = load_asset(path)
-    if asset.kind != kind:
-        raise ReflectError(f"{path} is an asset of {asset.kind}, not of {kind}.", BAKE_AGAIN)
-    return asset
-
-
-def answering(own: Asset, others: list[Asset], path: Path) -> Asset:
-    """The asset joined with those it requires, when it has all that its kernel asks for: a whole asset of another version
-    or program may not."""
-    try:
-        asset = own.joined(*others)
-        record(methods.get(own.kind).trace, asset)
-    except (KeyError, ValueError, TypeError) as error:
-        raise ReflectError(f"{path} lacks what {own.kind} needs ({error}).", BAKE_AGAIN) from error
-    return asset
 
 
 def _required(kind: str, done: dict[str, Asset]) -> dict[str, Asset]:
@@ -248,6 +185,6 @@ def _readable(path: Path, kind: str) -> Asset | None:
     if not os.path.isfile(path / "asset.json"):
         return None
     try:
-        return _load(path, kind)
+        return load_kind(path, kind)
     except ReflectError:
         return None

@@ -19,8 +19,8 @@ from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
 from ..core.focus import refocused
 from ..core.snapshot import SceneSnapshot
-from .bake import answering, draws_surfaces
 from .freshness import has_settings, inputs_now, remark
+from .load import answering, draws_surfaces
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 

@@ -15,8 +15,8 @@ from ..core.errors import ReflectError
 from ..core.kernel import KernelError
 from ..core.mirror_planes import is_mirror
 from ..core.snapshot import Instance, SceneSnapshot
-from .bake import load_assets
 from .eevee_job import Groups
+from .load import load_assets
 from .node_report import describe_group, groups_of, image_bytes, images_of
 from .node_uniforms import too_large
 from .reflection_group import reflection_group
@@ -93,7 +93,7 @@ class Native:
 
 def why_none(method: str) -> str | None:
     """The sentence why a method can have no node group; None for those that can."""
-    if method in registry.gathering():
+    if method in (*registry.gathering(), registry.AUTO):
         return None
     return f"{method} draws the scene itself and has no node group: what a material is asked it cannot answer."
 

@@ -56,7 +56,7 @@ def use_in_materials(
 
     pack: images go into the .blend; else they are written below `folder`. ReflectError when no object can be changed, or the method's
     kernel cannot be nodes; the file is then as it was."""
-    if method not in methods.gathering():
+    if method not in (*methods.gathering(), methods.AUTO):
         raise ReflectError(f"{method} draws the scene again for each frame, which a material cannot.", _choose())
     planned = plan(scene, snapshot, assets, method, stale)
     if not planned.changes:

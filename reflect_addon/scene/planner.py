@@ -7,7 +7,6 @@ seen from anywhere around them.
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -18,6 +17,7 @@ from ..core.job import BakeJob
 from ..core.planning.candidates import tried
 from ..core.planning.choose import Choice, choose
 from ..core.planning.goal import Goal
+from ..core.planning.plan import Plan, row_of, words
 from ..core.planning.samples import seen_around, seen_by_cameras
 from ..core.progress import Progress
 from ..core.rays import RayMap
@@ -34,21 +34,10 @@ VIEWS = 6  # frames that a camera that moves is looked through
 FEW, FINER = 800, 12  # a reflector of fewer pixels in all views is looked at again, up to so many times finer
 
 
-@dataclass(frozen=True)
-class Planned:
-    """What each reflector gets."""
-
-    goal: Goal
-    choices: tuple[Choice, ...]
-    warnings: tuple[str, ...]  # what cannot be had
-    by_cameras: bool
-    seconds: float  # that planning took
-
-
 def plan(
     scene: bpy.types.Scene, snapshot: SceneSnapshot, goal: Goal, settings: dict[str, object], say: Progress, reflectors: Sequence[Instance] | None = None
-) -> Planned:
-    """settings: of the bakes, over the methods' defaults. reflectors: those that it is made for, all by default."""
+) -> tuple[Plan, list[Choice]]:
+    """settings: of the bakes, over the methods' defaults. reflectors: those that it is made for, all by default. Returns it with what its rows were chosen by."""
     began = time.perf_counter()
     reflectors = snapshot.reflectors() if reflectors is None else reflectors
     intersect = intersector(snapshot)
@@ -65,7 +54,8 @@ def plan(
         tell = lambda method, n=number, name=one.reflector.name: say(0.1 + 0.9 * n / len(seen), f"trying {method} for {name}")
         found.append(tuple(tried(one, job_of(one.reflector), lambda kind: settings_for(kind, settings), goal, tell)))
     choices, warnings = choose(seen, found, goal)
-    return Planned(goal, tuple(choices), tuple(warnings), bool(maps), time.perf_counter() - began)
+    seconds = time.perf_counter() - began
+    return Plan(goal, snapshot.geometry_hash, words(settings), bool(maps), seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
 
 
 def _ray_maps(scene: bpy.types.Scene, snapshot: SceneSnapshot) -> tuple[list[RayMap], list[RayMap]]:

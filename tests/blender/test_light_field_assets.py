@@ -52,8 +52,8 @@ def baked(bpy, folder, frame=1, **more):
 
 def test_the_cell_holds_the_way_and_no_frame_needs_another_bake(stage, tmp_path):
     from reflect_addon.evaluation.frame import open_frame
-    from reflect_addon.scene.bake import load_assets
     from reflect_addon.scene.freshness import is_stale, remark
+    from reflect_addon.scene.load import load_assets
 
     paths, rays = baked(stage, tmp_path, reflectors=["Mirror"])
     assert rays > 0 and stage.context.scene.frame_current == 1
@@ -113,8 +113,8 @@ def test_after_a_change_only_part_is_traced(stage, tmp_path):
 
 def test_reflectors_share_one_asset(stage, tmp_path):
     from reflect_addon.evaluation.frame import open_frame
-    from reflect_addon.scene.bake import load_assets
     from reflect_addon.scene.freshness import is_stale
+    from reflect_addon.scene.load import load_assets
 
     baked(stage, tmp_path)
     paths, _ = baked(stage, tmp_path, settings={"shared": True})
@@ -129,7 +129,7 @@ def test_reflectors_share_one_asset(stage, tmp_path):
 
 def test_what_is_near_comes_from_the_companion_that_is_there(stage, tmp_path):
     from reflect_addon.evaluation.frame import open_frame
-    from reflect_addon.scene.bake import load_assets
+    from reflect_addon.scene.load import load_assets
 
     coarse = {"resolution": 16, "texels": 16, "turns": 6, "points": 4, "maps": 1, "sky_error": 0}
 

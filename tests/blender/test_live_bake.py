@@ -121,7 +121,8 @@ def test_an_object_moved_in_blender_is_followed(stage, tmp_path, device):
     from reflect_addon.core.look import Look
     from reflect_addon.core.rays import Rays
     from reflect_addon.gpu.session import ViewportSession
-    from reflect_addon.scene.bake import bake_assets, load_assets
+    from reflect_addon.scene.bake import bake_assets
+    from reflect_addon.scene.load import load_assets
 
     settings = {**SETTINGS, **SURFACES, "live": True, "texels": 32}
     before = snapshot(stage)

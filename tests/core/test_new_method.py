@@ -61,7 +61,8 @@ def toy():
 @pytest.fixture
 def baked(toy, tmp_path):
     """(snapshot, folder, the asset as it comes back from disk)."""
-    from reflect_addon.scene.bake import bake_assets, load_assets
+    from reflect_addon.scene.bake import bake_assets
+    from reflect_addon.scene.load import load_assets
 
     scene = snapshot(icosphere(2, 0.5), Crate=box((1, 1, 1)).apply_translation([2, 0, 0]))
     paths = bake_assets(scene, ["toy"], tmp_path, settings={"resolution": 4, "gain": 3.0}, tracer=tracer(scene))

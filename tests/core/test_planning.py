@@ -13,7 +13,7 @@ from reflect_addon.core.planning.candidates import LADDER, Candidate, coarse
 from reflect_addon.core.planning.choose import choose, error, total
 from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, measured, ray_errors
 from reflect_addon.core.planning.goal import Goal
-from reflect_addon.core.planning.plan import FILE_NAME, plan_of, read_plan, write_plan
+from reflect_addon.core.planning.plan import FILE_NAME, Plan, read_plan, row_of, write_plan
 from reflect_addon.core.planning.samples import Sample, Seen
 from reflect_addon.core.rays import Answer, Hits, Rays
 from reflect_addon.core.snapshot import Instance
@@ -133,7 +133,7 @@ def test_a_plan_survives_its_file_and_damage_is_told(tmp_path, rng):
     scene, candidates = random_scene(rng, 3)
     candidates[0][3] = Candidate("billboards", pruned="a cheaper one keeps the tolerance")
     choices, said = choose(scene, candidates, Goal(1.0, 3.0))
-    plan = plan_of(Goal(1.0, 3.0), "abc", True, 0.5, choices, said)
+    plan = Plan(Goal(1.0, 3.0), "abc", ("samples=4",), True, 0.5, tuple(map(row_of, choices)), tuple(said))
     assert read_plan(tmp_path) is None
     write_plan(plan, tmp_path)
     assert read_plan(tmp_path) == plan

@@ -14,8 +14,9 @@ def test_a_room_seen_from_inside_it(fresh_file, device, tmp_path, depth):
     """Sides that only glow: one path is the truth. The environment is captured at the ball, where the camera is not."""
     from reflect_addon.evaluation.frame import open_frame
     from reflect_addon.gpu.renderer import Renderer
-    from reflect_addon.scene.bake import bake_assets, load_assets
+    from reflect_addon.scene.bake import bake_assets
     from reflect_addon.scene.camera import camera_of
+    from reflect_addon.scene.load import load_assets
     from reflect_addon.scene.raytrace import trace
 
     scenes.sphere_in_box_room()

@@ -23,8 +23,9 @@ from reflect_addon.core.snapshot import SceneSnapshot
 from reflect_addon.evaluation.backends import GpuBackend, NumpyBackend
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.gpu.renderer import Renderer
-from reflect_addon.scene.bake import bake_assets, load_assets
+from reflect_addon.scene.bake import bake_assets
 from reflect_addon.scene.camera import camera_of
+from reflect_addon.scene.load import load_assets
 from reflect_addon.scene.look import read_look
 from reflect_addon.scene.raytrace import trace
 

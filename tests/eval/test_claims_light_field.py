@@ -13,7 +13,8 @@ from reflect_addon.core.methods import light_field
 from reflect_addon.evaluation import bench_yu_columns as room
 from reflect_addon.evaluation import bench_yu_scene as scenes
 from reflect_addon.evaluation.frame import open_frame
-from reflect_addon.scene.bake import bake_assets, load_assets
+from reflect_addon.scene.bake import bake_assets
+from reflect_addon.scene.load import load_assets
 from reflect_addon.scene.look import read_look
 from reflect_addon.scene.raytrace import trace
 

@@ -40,8 +40,9 @@ def test_five_quads_and_the_box_are_one_picture_on_the_gpu(fresh_file, device, t
     from reflect_addon.evaluation import bench_ground, bench_popescu, ground_quads
     from reflect_addon.evaluation.frame import open_frame
     from reflect_addon.gpu.renderer import Renderer
-    from reflect_addon.scene.bake import bake_assets, load_assets
+    from reflect_addon.scene.bake import bake_assets
     from reflect_addon.scene.camera import camera_of
+    from reflect_addon.scene.load import load_assets
     from reflect_addon.scene.raytrace import trace
 
     scene = bench_ground.plain()

@@ -25,7 +25,8 @@ from reflect_addon.evaluation.maps import difference_map
 from reflect_addon.evaluation.truth import SEEDS, lifted
 from reflect_addon.gpu.fill import trace_rays
 from reflect_addon.gpu.renderer import Renderer
-from reflect_addon.scene.bake import bake_assets, load_assets
+from reflect_addon.scene.bake import bake_assets
+from reflect_addon.scene.load import load_assets
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.intersect import intersector
 from reflect_addon.scene.look import read_look

@@ -3,7 +3,7 @@ assets that it names; reading it trusts nothing."""
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import get_args, get_origin, get_type_hints
@@ -49,10 +49,16 @@ class Row:
 class Plan:
     goal: Goal
     inputs: str  # SceneSnapshot.geometry_hash that it was made for
+    settings: tuple[str, ...]  # NAME=VALUE, of the bakes, where they are not the methods' own
     by_cameras: bool  # whether the scene's cameras say what is seen
     seconds: float  # that planning took
     rows: tuple[Row, ...]
     warnings: tuple[str, ...]  # what cannot be had
+
+    def is_for(self, goal: Goal, inputs: str, settings: dict[str, object], reflectors: Collection[str]) -> bool:
+        """Whether a plan for these would be this one, from wherever cameras look by now: nothing becomes old because a camera moved."""
+        asked = goal == self.goal and inputs == self.inputs and words(settings) == self.settings
+        return asked and bool(inputs) and set(reflectors) <= {row.reflector for row in self.rows}
 
     def method_of(self, reflector: str) -> str | None:
         return next((row.method for row in self.rows if row.reflector == reflector), None)
@@ -71,8 +77,9 @@ def row_of(choice: Choice) -> Row:
     return Row(choice.seen.reflector.name, taken.method, choice.reason, choice.seen.share, taken.errors.promised, -1.0, tried)
 
 
-def plan_of(goal: Goal, inputs: str, by_cameras: bool, seconds: float, choices: Sequence[Choice], warnings: Sequence[str]) -> Plan:
-    return Plan(goal, inputs, by_cameras, seconds, tuple(map(row_of, choices)), tuple(warnings))
+def words(settings: dict[str, object]) -> tuple[str, ...]:
+    """Settings as a plan keeps them."""
+    return tuple(f"{name}={json.dumps(value)}" for name, value in sorted(settings.items()))
 
 
 def write_plan(plan: Plan, folder: Path) -> None:
