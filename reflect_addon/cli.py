@@ -37,9 +37,15 @@ def _run(arguments) -> int:
     try:
         from . import verbs
 
-        if arguments.verb != "report":  # the one that needs no Blender
-            verbs.check_blender()
-        getattr(verbs, arguments.verb.replace("-", "_"))(arguments)
+        verb = getattr(verbs, arguments.verb.replace("-", "_"))
+        if arguments.verb == "report":  # the one that needs no Blender
+            verb(arguments)
+            return 0
+        verbs.check_blender()
+        from .scene.properties import object_properties
+
+        with object_properties():  # else what users set on objects would be lost where the add-on is not on
+            verb(arguments)
     except ReflectError as error:
         return _failed(arguments, error.message, error.remedy)
     except KeyboardInterrupt:

@@ -9,6 +9,7 @@ from ..core.bake_lock import BakeLock
 from ..core.errors import ReflectError
 from ..core.unfinished import PREFIX
 from ..scene import live
+from ..scene.load import PLANNED
 from ..scene.places import assets_of
 
 
@@ -31,7 +32,8 @@ class REFLECT_OT_delete_assets(bpy.types.Operator):
         folder = assets_of(context.scene)
         try:
             with BakeLock(folder):
-                for asset in [*(path.parent for path in folder.glob(f"*/{JSON_NAME}")), *folder.glob(f"{PREFIX}*")]:
+                planned = [folder / PLANNED] if (folder / PLANNED).is_dir() else []
+                for asset in [*(path.parent for path in folder.glob(f"*/{JSON_NAME}")), *folder.glob(f"{PREFIX}*"), *planned]:
                     shutil.rmtree(asset)
             if not any(folder.iterdir()):
                 folder.rmdir()

@@ -18,13 +18,13 @@ from ..core.errors import ReflectError
 from ..core.planning.candidates import measure
 from ..core.planning.choose import Choice
 from ..core.planning.goal import Goal
-from ..core.planning.plan import Plan, read_plan, row_of, write_plan
+from ..core.planning.plan import Plan, read_plan, row_of, words, write_plan
 from ..core.progress import Progress, teller
 from ..core.snapshot import SceneSnapshot
 from .bake import bake_assets, chosen_reflectors
 from .freshness import settings_for
 from .load import PLANNED, load_assets
-from .planner import plan
+from .planner import by_hand, plan
 from .raytrace import trace
 
 PLANNING = 0.1  # share of the work
@@ -43,7 +43,7 @@ def bake_auto(
     names = [i.name for i in chosen]
     bake = partial(bake_assets, snapshot, settings=settings, tracer=tracer or partial(trace, scene=scene), again=again)
     earlier = _earlier(below)
-    if earlier and not again and earlier.is_for(goal, snapshot.geometry_hash, settings, names):
+    if earlier and not again and earlier.is_for(goal, snapshot.geometry_hash, words(settings, by_hand(scene, chosen)), names):
         return _bake_planned(earlier, names, below, bake, say)
     made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen)
     for sentence in made.warnings:

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import bpy
 
-from ..core import methods, surface_asset
+from ..core import methods
 from ..core.asset import Asset
-from ..core.asset_files import load_asset
 from ..core.asset_places import asset_name, scene_folder
 from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
@@ -21,6 +20,7 @@ from ..core.focus import refocused
 from ..core.snapshot import SceneSnapshot
 from .freshness import has_settings, inputs_now, remark
 from .load import answering, draws_surfaces
+from .loaded import Loaded, load
 from .places import adopt_unsaved, assets_of, user_folder
 from .snapshot import take_snapshot
 
@@ -39,10 +39,8 @@ class Live:
         self.snapshot: SceneSnapshot | None = None
         self.changed = True  # the scene differs from the snapshot, as far as is known
         self.read_seconds = 0.0
-        self.method = "OFF"  # whose assets are loaded ...
-        self.folder: Path | None = None  # ... and from where
-        self.assets: dict[tuple[str, str], Asset] = {}  # by (kind, reflector)
-        self.surfaces: Asset | None = None  # the scene's surface radiance, from which stand-ins follow what moves
+        self.loaded = Loaded()
+        self.folder: Path | None = None  # of the scene's assets
         self._joined: dict[tuple[int, ...], Asset | None] = {}
         self._asked: dict[str, object] = {}  # settings of the scene's method and those it requires, as they are now
         self._focused: tuple[tuple, dict[str, Asset]] = ((), {})  # what `shown` was asked and answered last
@@ -79,22 +77,9 @@ class Live:
 
     def reload(self, scene: bpy.types.Scene) -> None:
         """Loads the assets of the scene's method again; reads the scene when that was never done."""
-        self.assets, self._joined, self._focused, self.surfaces, problems = {}, {}, ((), {}), None, []
-        self.method, self.folder = scene.reflect.method, assets_of(scene)
-        if is_on(scene):
-            beside = getattr(methods.get(self.method), "COMPANIONS", ())
-            for kind in (*methods.with_required([self.method]), *beside, surface_asset.KIND):
-                for folder in sorted(self.folder.glob(f"{kind}-*")):
-                    try:
-                        asset = load_asset(folder)
-                    except ReflectError as error:
-                        problems.append(str(error))
-                        continue
-                    if asset.kind == surface_asset.KIND:
-                        self.surfaces = asset
-                    else:
-                        self.assets[asset.kind, asset.reflector] = asset
-        self.problems = tuple(problems)
+        self._joined, self._focused, self.folder = {}, ((), {}), assets_of(scene)
+        self.loaded = load(scene.reflect.method, self.folder) if is_on(scene) else Loaded(scene.reflect.method)
+        self.problems = self.loaded.problems
         if self.changed and is_on(scene):
             self.look(scene)
         else:
@@ -139,10 +124,10 @@ class Live:
         if self.snapshot is None or not is_on(scene):
             return
         stale, missing, other = [], [], []
-        kinds = methods.with_required([scene.reflect.method])
         for reflector in self.snapshot.reflectors():
+            kinds = self.loaded.kinds(reflector.name)
             found = [self.asset(kind, reflector.name) for kind in kinds]
-            if None in found or (self.surfaces is None and draws_surfaces(scene.reflect.method)):
+            if not found or None in found or (self.surfaces is None and draws_surfaces(scene.reflect.method)):
                 missing.append(reflector.name)
                 continue
             if said := " ".join(filter(None, (remark(asset, self.snapshot, reflector) for asset in found))):
@@ -169,7 +154,7 @@ class Live:
         """Loads what a bake wrote that started when the window saw `seen`."""
         self.reload(scene)
         for (kind, reflector), asset in self.assets.items():
-            if seen is not None and str(self.folder / asset_name(kind, reflector)) in folders:
+            if seen is not None and str(self.loaded.folder / asset_name(kind, reflector)) in folders:
                 self._seen[asset.inputs_hash] = inputs_now(seen, asset)
         self._compare(scene)
 
@@ -179,8 +164,8 @@ class Live:
             return {}
         found = {}
         for reflector in self.snapshot.reflectors():
-            assets = [self.asset(kind, reflector.name) for kind in methods.with_required([self.method])]
-            if None in assets:
+            assets = [self.asset(kind, reflector.name) for kind in self.loaded.kinds(reflector.name)]
+            if not assets or None in assets:
                 continue
             beside = (self.asset(kind, reflector.name) for kind in methods.companions(self.method, self._asked))
             assets = [*[asset for asset in beside if asset is not None][:1], *assets]
@@ -203,7 +188,7 @@ class Live:
         if key not in self._joined:
             own = assets[-1]
             try:
-                joined = answering(own, assets[:-1], self.folder / asset_name(own.kind, own.reflector))
+                joined = answering(own, assets[:-1], self.loaded.folder / asset_name(own.kind, own.reflector))
                 self._joined[key] = drawn_with(joined, self._asked)
             except ReflectError as error:
                 self._joined[key] = None
@@ -212,7 +197,22 @@ class Live:
 
     def asset(self, kind: str, reflector: str) -> Asset | None:
         """The asset for a reflector: its own, or the one of all reflectors."""
-        return self.assets.get((kind, reflector)) or self.assets.get((kind, ""))
+        return self.loaded.asset(kind, reflector)
+
+    @property
+    def method(self) -> str:
+        """Whose assets are loaded."""
+        return self.loaded.method
+
+    @property
+    def assets(self) -> dict[tuple[str, str], Asset]:
+        """By (kind, reflector)."""
+        return self.loaded.assets
+
+    @property
+    def surfaces(self) -> Asset | None:
+        """The scene's surface radiance, from which stand-ins follow what moves."""
+        return self.loaded.surfaces
 
 
 _scenes: dict[int, Live] = {}  # by session_uid, which undo keeps and a rename too

@@ -14,7 +14,7 @@ import numpy as np
 from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.job import BakeJob
-from ..core.planning.candidates import tried
+from ..core.planning.candidates import ladder, tried
 from ..core.planning.choose import Choice, choose
 from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan, row_of, words
@@ -26,6 +26,7 @@ from .camera import camera_of
 from .freshness import settings_for
 from .geometric_trace import geometric_tracer
 from .intersect import intersector
+from .properties import stand_in_of
 from .raymap_numpy import ray_mapper
 from .ways import camera_way, may_move, ways
 
@@ -46,16 +47,23 @@ def plan(
     def job_of(reflector) -> BakeJob:
         return BakeJob(snapshot, reflector, trace, intersect, {}, shared=shared, bounds=bounds, camera_bounds=lambda: camera_way(snapshot))
 
+    chosen = by_hand(scene, reflectors)
     say(0.0, "what is seen of each reflector")
     maps, closer = _ray_maps(scene, snapshot)
     seen = seen_by_cameras(maps, closer, job_of, reflectors) if maps else seen_around(job_of, reflectors)
     found = []
     for number, one in enumerate(seen):
         tell = lambda method, n=number, name=one.reflector.name: say(0.1 + 0.9 * n / len(seen), f"trying {method} for {name}")
-        found.append(tuple(tried(one, job_of(one.reflector), lambda kind: settings_for(kind, settings), goal, tell)))
+        found.append(tuple(tried(one, job_of(one.reflector), lambda kind: settings_for(kind, settings), goal, chosen.get(one.reflector.object_name, ""), tell)))
     choices, warnings = choose(seen, found, goal)
     seconds = time.perf_counter() - began
-    return Plan(goal, snapshot.geometry_hash, words(settings), bool(maps), seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
+    return Plan(goal, snapshot.geometry_hash, words(settings, chosen), bool(maps), seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
+
+
+def by_hand(scene: bpy.types.Scene, reflectors: Sequence[Instance]) -> dict[str, str]:
+    """Object -> method that a user chose for it; without those that are left to the plan."""
+    objects = (scene.objects.get(name) for name in dict.fromkeys(r.object_name for r in reflectors))
+    return {obj.name: stand_in_of(obj) for obj in objects if obj is not None and stand_in_of(obj) in ladder()}
 
 
 def _ray_maps(scene: bpy.types.Scene, snapshot: SceneSnapshot) -> tuple[list[RayMap], list[RayMap]]:

@@ -5,10 +5,30 @@ from contextlib import contextmanager
 
 import bpy
 
+from ..core import methods
+from ..core.planning.candidates import ladder
+
 MARKS = (
     ("AUTO", "By Material", "Shows reflections when one of its materials is shiny enough"),
     ("YES", "Reflector", "Shows reflections whatever its materials say"),
     ("NO", "No Reflector", "Never shows reflections"),
+)
+
+
+
+
+def number_of(name: str) -> int:
+    """A stable positive number for a name (FNV-1a, 31 bits): what Blender stores for an enum, so that a new item changes no saved file."""
+    value = 0x811C9DC5
+    for byte in name.encode():
+        value = ((value ^ byte) * 0x01000193) & 0xFFFFFFFF
+    return (value & 0x7FFFFFFF) or 1
+
+
+# What a plan may be overruled by.
+STAND_INS = (
+    ("AUTO", "As Planned", "The cheapest that is good enough", 0),
+    *((m.NAME, m.LABEL, f"{m.LABEL}, whatever the plan would take", number_of(m.NAME)) for m in map(methods.get, ladder())),
 )
 
 
@@ -26,7 +46,15 @@ def mark_of(obj: bpy.types.Object) -> str:
     return getattr(obj, "reflect_mark", "AUTO")
 
 
+def stand_in_of(obj: bpy.types.Object) -> str:
+    """The method that was chosen for an object by hand; AUTO leaves it to the plan."""
+    return getattr(obj, "reflect_stand_in", "AUTO")
+
+
 def register() -> None:
+    bpy.types.Object.reflect_stand_in = bpy.props.EnumProperty(
+        name="Stand-In", description="What this reflector gets where the method is Auto. Asks for another bake", items=STAND_INS, default="AUTO"
+    )
     bpy.types.Object.reflect_mark = bpy.props.EnumProperty(
         name="Reflector",
         description="Whether this object shows reflections",
@@ -43,7 +71,7 @@ def register() -> None:
 def unregister() -> None:
     del bpy.types.Object.reflect_native
     bpy.utils.unregister_class(ReflectNativeSlot)
-    del bpy.types.Object.reflect_mark
+    del bpy.types.Object.reflect_mark, bpy.types.Object.reflect_stand_in
 
 
 @contextmanager

@@ -65,7 +65,7 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
 @contextmanager
 def render_visibility(view_layer: bpy.types.ViewLayer) -> Iterator[None]:
     """For the length of the block the viewport shows what a render would: objects, collections, modifiers, levels."""
-    hidden = [o for o in view_layer.objects if o.hide_get(view_layer=view_layer)]
+    hidden = [o for o in view_layer.objects if o is not None and o.hide_get(view_layer=view_layer)]  # None: removed a moment ago
     changes: list[Change] = [(block, "hide_viewport", block.hide_render) for block in bpy.data.objects]
     changes += [(block, "hide_viewport", block.hide_render) for block in bpy.data.collections]
     changes += [(layer, "hide_viewport", False) for layer in _layers(view_layer.layer_collection)]

@@ -56,4 +56,4 @@ def _changed(self, _context):
     live.of(self.id_data).settings_changed(self.id_data)
 
 
-GROUPS = {m.NAME: group_of(m) for m in methods.all_methods() if m.DEFAULTS}
+GROUPS = {m.NAME: group_of(m) for m in (methods.get(methods.AUTO), *methods.all_methods()) if m.DEFAULTS}

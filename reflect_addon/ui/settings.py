@@ -6,6 +6,7 @@ import bpy
 
 from ..core import methods
 from ..scene import live
+from ..scene.properties import number_of
 from . import mirror_source
 from .method_settings import GROUPS, values_of
 
@@ -17,7 +18,7 @@ def method_items(_self, _context):
     """Off and every registered method, numbered by name so that a new method changes no saved file."""
     global _items
     _items = [OFF] + [
-        (m.NAME, m.LABEL, _first_sentence(m.__doc__), _number(m.NAME)) for m in methods.all_methods()
+        (m.NAME, m.LABEL, _first_sentence(m.__doc__), number_of(m.NAME)) for m in (methods.get(methods.AUTO), *methods.all_methods())
     ]
     return _items
 
@@ -27,14 +28,6 @@ def _first_sentence(doc: str | None) -> str:
     first = (doc or "").strip().partition("\n\n")[0].replace("\n", " ").replace("`", "")
     text = first.partition(": ")[2] or first
     return (text[:1].upper() + text[1:]).rstrip(". ")
-
-
-def _number(name: str) -> int:
-    """A stable positive number for a name (FNV-1a, 31 bits): what Blender stores for an enum."""
-    value = 0x811C9DC5
-    for byte in name.encode():
-        value = ((value ^ byte) * 0x01000193) & 0xFFFFFFFF
-    return (value & 0x7FFFFFFF) or 1
 
 
 def _method_changed(self, _context):

@@ -122,7 +122,7 @@ def test_method_tooltips_come_from_the_modules(registered):
     from reflect_addon.ui.settings import method_items
 
     items = {item[0]: item for item in method_items(None, None)}
-    assert list(items) == ["OFF", *(m.NAME for m in methods.all_methods())]
+    assert list(items) == ["OFF", methods.AUTO, *(m.NAME for m in methods.all_methods())]
     assert len({item[3] for item in items.values()}) == len(items)
     for name, label, tooltip, number in items.values():
         assert len(tooltip) > 10 and tooltip[0].isupper() and "`" not in tooltip and number >= 0, (name, label)

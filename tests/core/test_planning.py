@@ -9,7 +9,7 @@ from analytic import directions
 from reflect_addon.core import spaces
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.planning import choose as choosing
-from reflect_addon.core.planning.candidates import LADDER, Candidate, coarse
+from reflect_addon.core.planning.candidates import Candidate, coarse, ladder
 from reflect_addon.core.planning.choose import choose, error, total
 from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, measured, ray_errors
 from reflect_addon.core.planning.goal import Goal
@@ -35,9 +35,9 @@ def random_scene(rng, reflectors: int) -> tuple[list[Seen], list[list[Candidate]
     shares = rng.random(reflectors)
     some = []
     for _ in range(reflectors):
-        cost = np.cumsum(rng.exponential(2.0, len(LADDER))) + 1
-        degrees = rng.exponential(5.0, len(LADDER)) / cost
-        some.append([candidate(m, *map(float, pair), int(rng.integers(1, 1e7)), float(rng.random())) for m, *pair in zip(LADDER, degrees, cost)])
+        cost = np.cumsum(rng.exponential(2.0, len(ladder()))) + 1
+        degrees = rng.exponential(5.0, len(ladder())) / cost
+        some.append([candidate(m, *map(float, pair), int(rng.integers(1, 1e7)), float(rng.random())) for m, *pair in zip(ladder(), degrees, cost)])
     return [seen(f"R{k}", float(s)) for k, s in enumerate(shares)], some
 
 
@@ -88,7 +88,7 @@ def test_without_a_tolerance_nothing_is_worse_or_dearer_than_the_best_single_met
     rng = np.random.default_rng(seed)
     scene, candidates = random_scene(rng, 6)
     choices, said = choose(scene, candidates, Goal(0.0))
-    singles = [[choosing.Choice(s, tuple(some), some[k], "") for s, some in zip(scene, candidates, strict=True)] for k in range(len(LADDER))]
+    singles = [[choosing.Choice(s, tuple(some), some[k], "") for s, some in zip(scene, candidates, strict=True)] for k in range(len(ladder()))]
     best = min(singles, key=error)
     assert error(choices) <= error(best) * 1.1
     assert total(choices, "cost") <= total(best, "cost") * (1 + 1e-9)

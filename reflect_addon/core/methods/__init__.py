@@ -18,6 +18,10 @@ and may have
     trace_background(k, asset, ray) -> Hit       the kernel for a camera's rays, where it is another than `trace`
     SURFACES: dict                               it draws the scene's own surfaces (gpu/virtual.py): theirs are baked that its parts
                                                  name, with these settings, and `trace` answers what it does not draw
+    EFFORT: float                                about what an answer costs, in look-ups of an environment map: plans try methods in
+                                                 this order (core/planning/); 1 where it is not given
+    needless(tried, own) -> str                  why it shows nothing better than what a plan has tried (kind -> asset), as a sentence's end, or "";
+                                                 own: whether the reflector's rays meet itself
     focused(asset, distance) -> Asset            the asset with another focal plane, in m from its middle (0: its own), sharing its
                                                  images; and distance_of(asset, point), which plane a point lies on
 """

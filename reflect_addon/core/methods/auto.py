@@ -15,4 +15,4 @@ SETTINGS = {
     "megabytes": Setting("Memory", "Most megabytes on the GPU, all assets together. 0: any", soft_high=4000.0),
     "bake_seconds": Setting("Bake Time", "Most seconds of baking, all reflectors together, as they are estimated. 0: any", soft_high=3600.0),
 }  # fmt: skip
-DEFAULTS = {"tolerance": 1.0, "cost": 0.0, "megabytes": 0.0, "bake_seconds": 0.0}
+DEFAULTS = {"tolerance": 1.0, "cost": 0.0, "megabytes": 0.0, "bake_seconds": 0.0, "live": False}

@@ -45,6 +45,7 @@ from . import environment
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
+EFFORT = 3.0
 DEFAULTS = {
     "resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False,
     "view_dependent": False,  # highlights of glossy things where the reflected ray sees them

@@ -39,6 +39,7 @@ from . import billboards
 NAME = "depth_maps"
 LABEL = "Depth Maps"
 REQUIRES = ()
+EFFORT = 20.0
 SETTINGS = {
     "texels": replace(COMMON["texels"], high=srdm.MAX_SIDE),
     "maps": Setting("Maps", "Most depth maps of one object. Fewer are taken where fewer see all that is reflected", soft_high=16),
@@ -141,6 +142,13 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
         parts=parts_of(job.scene, job.reflector, [(s.instance, kind) for s, kind in zip(stand_ins, kinds, strict=True)]),
         light_hash=job.scene.light_hash,
     )
+
+
+def needless(tried: dict[str, Asset], own: bool) -> str:
+    """A plan's (methods/__init__.py)."""
+    quads = tried.get(billboards.NAME)
+    flat = {"flat", "flat_mirror", "flat_glossy", "reflector"}
+    return "all that is met is flat, and a quad shows it as well" if quads and not own and all(p.kind in flat for p in quads.parts) else ""
 
 
 def _is_own(stand_in) -> bool:

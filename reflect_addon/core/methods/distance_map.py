@@ -24,6 +24,7 @@ from . import environment
 NAME = "distance_map"
 LABEL = "Distance Map"
 REQUIRES = ("environment",)
+EFFORT = 4.0
 SETTINGS = {
     "guesses": Setting("Guesses", "Steps that look for the point which a reflected ray hits. Each costs time for each pixel",
                        soft_high=16, advanced=True)

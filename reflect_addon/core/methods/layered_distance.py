@@ -32,6 +32,7 @@ from . import environment
 NAME = "layered_distance"
 LABEL = "Layered Distance Map"
 REQUIRES = ()
+EFFORT = 25.0
 SETTINGS = {
     "layers": Setting("Layers", "Surfaces behind each other that the map holds in each direction. More find what is hidden "
                       "behind other things and cost time for each pixel", soft_high=8, advanced=True),

@@ -43,6 +43,7 @@ from . import billboards, depth_maps
 NAME = "light_field"
 LABEL = "Light Field"
 REQUIRES = ()
+EFFORT = 7.0
 COMPANIONS = ("depth_maps", "billboards")
 # Hits of the companions count whole up to this share of the reflector's size, and not at all from its whole on.
 CONTACT = 0.5

@@ -10,6 +10,7 @@ Limits. Errors of coarse texels are in what is measured, so that it is too much 
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,12 +19,11 @@ from ..asset import Asset
 from ..asset_images import kind_of
 from ..job import BakeJob
 from ..kernel import Counts, record, run_numpy
+from ..methods import environment
 from .errors import Measured, measured, ray_errors
 from .goal import Goal
 from .samples import UNSEEN, Sample, Seen
 
-# From cheap to dear.
-LADDER = ("environment", "sphere_proxy", "box_proxy", "distance_map", "billboards", "layered_distance", "depth_maps", "light_field")
 COARSER, LEAST = 4, 16  # times fewer texels a side; texels a side
 SIDES = ("resolution", "texels", "view_texels")
 # What a try leaves out: what needs light, and what finds more of it.
@@ -32,7 +32,11 @@ PLAIN = {"samples": 1, "sky_error": 0.0, "live": False, "view_dependent": False}
 GROWTH = {"billboard_buf": 0, "srdm_buf": 1, "srdm_tx": 1}
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 PATHS = 4e5  # Cycles' paths a second on two cores
-FLAT = {"flat", "flat_mirror", "flat_glossy", "reflector"}  # kinds of parts that no depth map shows better than a quad (core/remake.py)
+
+
+def ladder() -> tuple[str, ...]:
+    """The methods that a plan chooses among, from cheap to dear."""
+    return tuple(sorted(methods.gathering(), key=lambda name: getattr(methods.get(name), "EFFORT", 1.0)))
 
 
 @dataclass(frozen=True)
@@ -52,29 +56,25 @@ class Candidate:
         return np.inf if self.errors is None else self.errors.promised
 
 
-def tried(seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, say: Callable[[str], object] = lambda method: None) -> Iterator[Candidate]:
-    """The candidates for a reflector, in the order of LADDER. job: its trace brings no light; asked(method) -> settings of the real bake."""
-    if why := _needs_no_more(seen):
-        sample = replace(seen.planned)
-        made = _Made(job, asked)
-        yield made.candidate(LADDER[0], sample)
-        yield from (Candidate(method, pruned=why) for method in LADDER[1:])
-        return
-    made, held, round_things = _Made(job, asked), False, True
-    for method in LADDER:
-        why = ""
-        if goal.tolerance and held:
+def tried(
+    seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = "", say: Callable[[str], object] = lambda method: None
+) -> Iterator[Candidate]:
+    """The candidates for a reflector, in the order of ladder(). job: its trace brings no light; asked(method) -> settings of the real bake; only: a method that
+    was chosen by hand."""
+    made, held = _Made(job, asked, seen.planned), False
+    alone = only or (environment.NAME if _needs_no_more(seen) else "")
+    own = seen.reflector.object_name in _met(seen.planned)
+    for method in ladder():
+        why = getattr(methods.get(method), "needless", lambda *_: "")(made.assets, own)
+        if alone and method != alone:
+            why = f"{only} was chosen by hand" if only else _needs_no_more(seen)
+        elif goal.tolerance and held:
             why = "a cheaper one keeps the tolerance"
-        elif method == "depth_maps" and not round_things:
-            why = "all that is met is flat, and a quad shows it exactly"
         if why:
             yield Candidate(method, pruned=why)
             continue
         say(method)
-        one = made.candidate(method, seen.planned)
-        if method == "billboards":
-            own = any(name == seen.reflector.object_name for name in _met(seen.planned))
-            round_things = own or any(part.kind not in FLAT for part in made.assets[method].parts)
+        one = made.candidate(method)
         held |= one.promised <= goal.tolerance
         yield one
 
@@ -84,6 +84,10 @@ def measure(asset: Asset, sample: Sample) -> tuple[Measured, Counts]:
     counts = Counts()
     answer = run_numpy(record(methods.get(asset.kind).trace, asset), asset, sample.rays, counts=counts)
     return measured(ray_errors(answer, sample.truth, sample.rays)), counts
+
+
+def _work(counts: Counts) -> float:
+    return counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray
 
 
 def _needs_no_more(seen: Seen) -> str:
@@ -102,22 +106,23 @@ def _met(sample: Sample) -> set[str]:
 class _Made:
     """Coarse bakes of one reflector, each made once."""
 
-    def __init__(self, job: BakeJob, asked: Callable[[str], dict]):
-        self._job, self._asked = job, asked
+    def __init__(self, job: BakeJob, asked: Callable[[str], dict], sample: Sample):
+        self._job, self._asked, self._sample = job, asked, sample
         self.assets: dict[str, Asset] = {}
         self._paths: dict[str, float] = {}
-        self._base: float | None = None
 
-    def candidate(self, method: str, sample: Sample) -> Candidate:
+    @cached_property
+    def _base(self) -> float:
+        """Work of a look-up of the environment map."""
+        return max(_work(measure(self._asset(environment.NAME), self._sample)[1]), 1.0)
+
+    def candidate(self, method: str) -> Candidate:
         kinds = methods.with_required((method,))
         own, *others = [self._asset(kind) for kind in reversed(kinds)]
-        errors, counts = measure(own.joined(*others), sample)
-        work = counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray
-        if method == LADDER[0]:
-            self._base = max(work, 1.0)
+        errors, counts = measure(own.joined(*others), self._sample)
         size = sum(_grown(asset) for asset in (own, *others))
         seconds = sum(self._paths[kind] for kind in kinds) / PATHS
-        return Candidate(method, errors, work / self._base, size, seconds)
+        return Candidate(method, errors, _work(counts) / self._base, size, seconds)
 
     def _asset(self, kind: str) -> Asset:
         if kind not in self.assets:

@@ -49,15 +49,15 @@ class Row:
 class Plan:
     goal: Goal
     inputs: str  # SceneSnapshot.geometry_hash that it was made for
-    settings: tuple[str, ...]  # NAME=VALUE, of the bakes, where they are not the methods' own
+    settings: tuple[str, ...]  # NAME=VALUE, of the bakes, where they are not the methods' own; and OBJECT=METHOD of what was chosen by hand
     by_cameras: bool  # whether the scene's cameras say what is seen
     seconds: float  # that planning took
     rows: tuple[Row, ...]
     warnings: tuple[str, ...]  # what cannot be had
 
-    def is_for(self, goal: Goal, inputs: str, settings: dict[str, object], reflectors: Collection[str]) -> bool:
+    def is_for(self, goal: Goal, inputs: str, settings: tuple[str, ...], reflectors: Collection[str]) -> bool:
         """Whether a plan for these would be this one, from wherever cameras look by now: nothing becomes old because a camera moved."""
-        asked = goal == self.goal and inputs == self.inputs and words(settings) == self.settings
+        asked = goal == self.goal and inputs == self.inputs and settings == self.settings
         return asked and bool(inputs) and set(reflectors) <= {row.reflector for row in self.rows}
 
     def method_of(self, reflector: str) -> str | None:
@@ -77,9 +77,9 @@ def row_of(choice: Choice) -> Row:
     return Row(choice.seen.reflector.name, taken.method, choice.reason, choice.seen.share, taken.errors.promised, -1.0, tried)
 
 
-def words(settings: dict[str, object]) -> tuple[str, ...]:
-    """Settings as a plan keeps them."""
-    return tuple(f"{name}={json.dumps(value)}" for name, value in sorted(settings.items()))
+def words(settings: dict[str, object], by_hand: dict[str, str]) -> tuple[str, ...]:
+    """Settings, and what was chosen by hand (object -> method), as a plan keeps them."""
+    return tuple(f"{name}={json.dumps(value)}" for some in (settings, by_hand) for name, value in sorted(some.items()))
 
 
 def write_plan(plan: Plan, folder: Path) -> None:

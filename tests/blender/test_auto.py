@@ -1,0 +1,159 @@
+"""`auto` from end to end: planned, baked, proved, kept, overruled by hand; and what its rays meet against Cycles."""
+
+import json
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+from tolerances import HIT_POINT_OF_DIAGONAL, RAYS_ON_EDGES
+
+from reflect_addon import cli
+from reflect_addon.core import methods
+from reflect_addon.core.errors import ReflectError
+from reflect_addon.core.planning.goal import Goal
+from reflect_addon.core.planning.plan import FILE_NAME, read_plan
+from reflect_addon.core.rays import Rays
+from reflect_addon.evaluation.frame import open_frame
+from reflect_addon.evaluation.rows import read_rows
+from reflect_addon.scene.geometric_trace import geometric_tracer
+from reflect_addon.scene.intersect import intersector
+from reflect_addon.scene.load import PLANNED, load_assets
+from reflect_addon.scene.planner import plan
+from reflect_addon.scene.properties import object_properties
+from reflect_addon.scene.raytrace import trace
+from sample_blends import scene_parts as parts
+
+SMALL = ("--set", "resolution=32", "--set", "texels=32", "--set", "samples=1", "--set", "views=4", "--set", "view_texels=16", "--set", "turns=12")
+
+
+@pytest.fixture
+def hall(fresh_file, tmp_path):
+    """A closed room with a ball in it, another far behind a pillar, saved; a camera sees both."""
+    scene = parts.prepare(bpy.context.scene, "hall")
+    parts.set_world(scene, (0.2, 0.2, 0.2))
+    walls = parts.material("Walls", (0.7, 0.5, 0.3))
+    walls.node_tree.nodes["Principled BSDF"].inputs["Emission Color"].default_value = (0.7, 0.5, 0.3, 1)
+    walls.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 1.0
+    parts.box("Room", (6.0, 5.0, 3.0), (0, 0, 1.5), walls).rotation_euler.z = 0.3
+    parts.box("Pillar", (0.5, 0.5, 1.5), (1.5, 0.6, 0.75), walls)
+    parts.sphere("Near", 0.4, parts.mirror(), 32, location=(0.3, -0.2, 1.0))
+    parts.sphere("Far", 0.15, bpy.data.materials["Mirror"], 32, location=(-1.2, 1.2, 0.8))
+    parts.camera((0, -1.9, 1.3), (0.1, 1.0, 1.1), lens=24)
+    path = tmp_path / "hall.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def run(capfd, *arguments):
+    capfd.readouterr()
+    status = cli.main([str(a) for a in arguments])
+    return status, *capfd.readouterr()
+
+
+def silent(_share, _text):
+    return True
+
+
+def test_rays_meet_what_cycles_says(hall, rng):
+    scene = bpy.context.scene
+    with open_frame(scene, None) as snapshot:
+        origin = rng.uniform((-1.5, -1.5, 0.3), (1.5, 1.5, 2.5), (3000, 3)).astype("f")
+        direction = rng.normal(size=(3000, 3))
+        rays = Rays(origin, (direction / np.linalg.norm(direction, axis=-1, keepdims=True)).astype("f"))
+        ours = geometric_tracer(snapshot, intersector(snapshot))
+        for hide in ((), ("Room",), ("Near", "Pillar")):
+            a, b = ours(rays, hide), trace(rays, hide, scene=scene)
+            names = [np.array([*h.object_names, ""])[h.object] for h in (a, b)]
+            alike = (a.hit == b.hit) & (names[0] == names[1])
+            assert np.mean(~alike) <= RAYS_ON_EDGES + 1e-3
+            both = alike & a.hit
+            assert np.abs(a.position - b.position)[both].max() <= HIT_POINT_OF_DIAGONAL * snapshot.diagonal()
+        none = ours(Rays(origin[:0], rays.direction[:0]))
+        assert len(none.hit) == 0
+        along = Rays(np.array([[-1, -1, 1.0]], "f"), np.array([[0, 0, -1.0]], "f"))  # an axis: no direction is divided by
+        assert ours(along).hit.all() and np.abs(ours(along).position[0] - (-1, -1, 0)).max() < 1e-4
+
+
+def test_it_is_planned_baked_proved_and_kept(hall, tmp_path, capfd):
+    status, out, err = run(capfd, "analyse", hall, "--plan", *SMALL)
+    assert status == 0 and "Auto, asked for 1 degrees, for what the camera sees" in out and "Near: " in out, err
+    status, out, err = run(capfd, "bake", hall, "--methods", "auto", *SMALL)
+    assert status == 0, err
+    folder = next((hall.parent / "reflect").iterdir())
+    made = read_plan(folder / PLANNED)
+    assert {row.reflector for row in made.rows} == {"Near", "Far"}
+    for row in made.rows:
+        assert row.measured <= 1.0 and row.promised <= 1.0 and "cheapest" in row.reason, row
+    assert {p.name.partition("-")[0] for p in (folder / PLANNED).iterdir() if p.is_dir()} >= {row.method for row in made.rows}
+    before = {p: p.stat().st_mtime_ns for p in folder.rglob("*") if p.is_file()}
+    status, out, err = run(capfd, "bake", hall, "--methods", "auto", *SMALL)
+    assert status == 0 and {p: p.stat().st_mtime_ns for p in folder.rglob("*") if p.is_file()} == before, "nothing is planned or baked twice"
+    status, out, err = run(capfd, "render", hall, "--method", "auto", "--size", "32x24", "--samples", 1, "--assets", folder, "--out", tmp_path / "p.png")
+    assert status == 0 and (tmp_path / "p.png").is_file(), err
+    status, out, err = run(capfd, "analyse", hall, "--json")
+    assert json.loads(out)["plan"]["goal"]["tolerance"] == 1.0
+    (folder / PLANNED / FILE_NAME).write_text("{")
+    status, out, err = run(capfd, "render", hall, "--method", "auto", "--size", "32x24", "--samples", 1, "--assets", folder, "--out", tmp_path / "p.png")
+    assert status == 1 and "damaged" in err and "Traceback" not in err
+
+
+def test_it_is_no_worse_than_what_it_chose_among(hall, tmp_path, capfd):
+    """Rows by the method that is best for both, and by auto without a tolerance, on rays and by a truth that no plan has seen."""
+    status, out, err = run(
+        capfd, "evaluate", hall, "--methods", "environment,box_proxy,billboards,auto", "--size", "64x48", "--samples", 2, "--backend", "numpy",
+        "--set", "tolerance=0", "--out", tmp_path, *SMALL,
+    )  # fmt: skip
+    assert status == 0, err
+    rows = {row.method: row for row in read_rows(tmp_path)}
+    best = min((rows[m].angle_p95 for m in ("environment", "box_proxy", "billboards")))
+    assert rows["auto"].angle_p95 <= max(1.1 * best, 0.05) and rows["auto"].flip <= 1.1 * min(rows[m].flip for m in ("environment", "box_proxy", "billboards"))
+
+
+def test_what_is_chosen_by_hand_is_taken(hall):
+    scene = bpy.context.scene
+    with object_properties(), open_frame(scene, None) as snapshot:
+        scene.objects["Far"].reflect_stand_in = "sphere_proxy"
+        made, choices = plan(scene, snapshot, Goal(1.0), {}, silent)
+        assert made.method_of("Far") == "sphere_proxy" and made.settings == ('Far="sphere_proxy"',)
+        far = next(c for c in choices if c.seen.reflector.name == "Far")
+        assert far.taken.cost >= 1.0 and all("by hand" in c.pruned for c in far.candidates if c.errors is None)
+        scene.objects["Far"].reflect_stand_in = "AUTO"
+        assert plan(scene, snapshot, Goal(1.0), {}, silent)[0].method_of("Far") != "sphere_proxy"
+
+
+def test_views_around_where_there_is_no_camera_and_nothing_reflective(hall):
+    scene = bpy.context.scene
+    scene.camera = None
+    with open_frame(scene, None) as snapshot:
+        made, choices = plan(scene, snapshot, Goal(1.0), {}, silent)
+        assert not made.by_cameras and all(len(c.seen.planned.rays) > 500 for c in choices)
+        assert abs(sum(c.seen.share for c in choices) - 1) < 1e-6
+        matte = replace(snapshot, instances=tuple(replace(i, is_reflector=False) for i in snapshot.instances))
+        assert plan(scene, matte, Goal(1.0), {}, silent)[0].rows == ()
+
+
+def test_a_bare_sky_and_what_nobody_sees_need_a_map_alone(hall):
+    scene = bpy.context.scene
+    scene.objects["Far"].location = (0, -4, 1)  # behind the camera, outside
+    with open_frame(scene, None) as snapshot:
+        made, _ = plan(scene, snapshot, Goal(1.0), {}, silent, [r for r in snapshot.reflectors() if r.name == "Far"])
+        (row,) = made.rows
+        assert row.method == "environment" and "camera" in row.reason and made.method_of("Near") is None
+    for name in ("Room", "Pillar"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    scene.camera = None
+    bpy.data.objects.remove(bpy.data.objects["Near"])
+    with open_frame(scene, None) as snapshot:
+        (row,) = plan(scene, snapshot, Goal(1.0), {}, silent)[0].rows
+        assert row.method == "environment" and "sky" in row.reason and row.promised == 0
+
+
+def test_a_plan_with_a_method_from_elsewhere_is_refused(hall, tmp_path, capfd):
+    status, _, err = run(capfd, "bake", hall, "--methods", "auto", "--set", "tolerance=90", *SMALL)
+    assert status == 0, err
+    folder = next((hall.parent / "reflect").iterdir())
+    text = (folder / PLANNED / FILE_NAME).read_text()
+    (folder / PLANNED / FILE_NAME).write_text(text.replace('"method": "environment"', '"method": "nowhere"'))
+    with open_frame(bpy.context.scene, None) as snapshot, pytest.raises(ReflectError, match="nowhere"):
+        load_assets(snapshot, methods.AUTO, folder)
