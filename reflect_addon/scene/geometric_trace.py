@@ -14,8 +14,9 @@ from ..core.snapshot import Instance, SceneSnapshot
 from ..core.spaces import FAR
 
 
-def geometric_tracer(scene: SceneSnapshot, intersect: Callable[[Instance, Rays], np.ndarray]) -> Callable[..., Hits]:
-    """trace(rays, hide=names of objects, samples=1, ...) -> Hits; radiance and normals 0. intersect: scene/intersect.py's of the same scene."""
+def geometric_tracer(scene: SceneSnapshot, first: Callable[[Instance, Rays], tuple[np.ndarray, np.ndarray]]) -> Callable[..., Hits]:
+    """trace(rays, hide=names of objects, samples=1, ...) -> Hits, radiance 0, normals those of flat triangles, towards the ray's start. first:
+    intersect.first_hits of the same scene."""
     seen = [i for i in scene.instances if i.visible_glossy and len(scene.meshes[i.mesh].triangles)]
     boxes = np.array([scene.bounds([i]) for i in seen]).reshape(-1, 2, 3)
     names = tuple(dict.fromkeys(i.object_name for i in scene.instances))
@@ -23,20 +24,21 @@ def geometric_tracer(scene: SceneSnapshot, intersect: Callable[[Instance, Rays],
 
     def trace(rays: Rays, hide=(), samples: int = 1, *, glossy: bool = False, **_progress) -> Hits:
         count = len(rays)
-        nearest, of = np.full(count, np.inf), np.full(count, -1, np.int32)
+        nearest, of, normal = np.full(count, np.inf), np.full(count, -1, np.int32), np.zeros((count, 3), np.float32)
         entries = np.stack([_entry(box, rays) for box in boxes], -1) if len(seen) else np.zeros((count, 0))
         for k in np.argsort(np.where(np.isfinite(entries), entries, 1e30).mean(0)) if count else ():
             if seen[k].object_name in hide:
                 continue
             some = np.flatnonzero(entries[:, k] < nearest)
             if len(some):
-                distance = intersect(seen[k], Rays(rays.origin[some], rays.direction[some]))
+                distance, facing = first(seen[k], Rays(rays.origin[some], rays.direction[some]))
                 closer = distance < nearest[some]
-                nearest[some[closer]], of[some[closer]] = distance[closer], number[seen[k].object_name]
+                nearest[some[closer]], of[some[closer]], normal[some[closer]] = distance[closer], number[seen[k].object_name], facing[closer]
         hit = np.isfinite(nearest)
         position = rays.origin + rays.direction * np.where(hit, nearest, FAR)[:, None]
+        normal *= np.where(np.einsum("nx,nx->n", normal, rays.direction) > 0, -1.0, 1.0)[:, None].astype(np.float32)
         nothing = np.zeros((count, 3), np.float32)
-        return Hits(nothing, position.astype(np.float32), nothing, of, hit, names, nothing if glossy else None)
+        return Hits(nothing, position.astype(np.float32), normal, of, hit, names, nothing if glossy else None)
 
     return trace
 

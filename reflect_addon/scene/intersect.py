@@ -13,6 +13,12 @@ from ..core.snapshot import Instance, SceneSnapshot
 def intersector(scene: SceneSnapshot) -> Callable[..., np.ndarray]:
     """intersect(instance, rays, slots=None) -> (N,) float64 distances to its nearest triangle, inf = miss. slots: only
     triangles that show these of its materials. Trees are made once."""
+    first = first_hits(scene)
+    return lambda instance, rays, slots=None: first(instance, rays, slots)[0]
+
+
+def first_hits(scene: SceneSnapshot) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+    """first(instance, rays, slots=None) -> (distances as intersector's, (N, 3) float64 world unit normals of the triangles, 0 = miss)."""
     trees: dict[tuple, tuple[BVHTree, np.ndarray, float]] = {}
 
     def tree_of(instance: Instance, slots: tuple[int, ...] | None) -> tuple[BVHTree, np.ndarray, float]:
@@ -33,14 +39,14 @@ def intersector(scene: SceneSnapshot) -> Callable[..., np.ndarray]:
             )
         return trees[key]
 
-    def intersect(instance: Instance, rays: Rays, slots: tuple[int, ...] | None = None) -> np.ndarray:
+    def first(instance: Instance, rays: Rays, slots: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:
         tree, origin, size = tree_of(instance, slots)
         starts = ((np.asarray(rays.origin, np.float64) - origin) / size).tolist()
-        out = np.full(len(starts), np.inf)
+        out, normals = np.full(len(starts), np.inf), np.zeros((len(starts), 3))
         for i, (start, direction) in enumerate(zip(starts, np.asarray(rays.direction).tolist(), strict=True)):
-            distance = tree.ray_cast(start, direction)[3]
+            _, normal, _, distance = tree.ray_cast(start, direction)
             if distance is not None:
-                out[i] = distance * size
-        return out
+                out[i], normals[i] = distance * size, normal
+        return out, normals
 
-    return intersect
+    return first

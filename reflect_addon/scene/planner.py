@@ -25,7 +25,7 @@ from ..core.snapshot import Instance, SceneSnapshot
 from .camera import camera_of
 from .freshness import settings_for
 from .geometric_trace import geometric_tracer
-from .intersect import intersector
+from .intersect import first_hits
 from .properties import stand_in_of
 from .raymap_numpy import ray_mapper
 from .ways import camera_way, may_move, ways
@@ -41,8 +41,9 @@ def plan(
     """settings: of the bakes, over the methods' defaults. reflectors: those that it is made for, all by default. Returns it with what its rows were chosen by."""
     began = time.perf_counter()
     reflectors = snapshot.reflectors() if reflectors is None else reflectors
-    intersect = intersector(snapshot)
-    trace, shared, bounds = geometric_tracer(snapshot, intersect), {}, ways(snapshot)
+    first = first_hits(snapshot)
+    trace, shared, bounds = geometric_tracer(snapshot, first), {}, ways(snapshot)
+    intersect = lambda instance, bundle, slots=None: first(instance, bundle, slots)[0]
 
     def job_of(reflector) -> BakeJob:
         return BakeJob(snapshot, reflector, trace, intersect, {}, shared=shared, bounds=bounds, camera_bounds=lambda: camera_way(snapshot))

@@ -17,7 +17,7 @@ from reflect_addon.core.rays import Rays
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.rows import read_rows
 from reflect_addon.scene.geometric_trace import geometric_tracer
-from reflect_addon.scene.intersect import intersector
+from reflect_addon.scene.intersect import first_hits
 from reflect_addon.scene.load import PLANNED, load_assets
 from reflect_addon.scene.planner import plan
 from reflect_addon.scene.properties import object_properties
@@ -61,7 +61,7 @@ def test_rays_meet_what_cycles_says(hall, rng):
         origin = rng.uniform((-1.5, -1.5, 0.3), (1.5, 1.5, 2.5), (3000, 3)).astype("f")
         direction = rng.normal(size=(3000, 3))
         rays = Rays(origin, (direction / np.linalg.norm(direction, axis=-1, keepdims=True)).astype("f"))
-        ours = geometric_tracer(snapshot, intersector(snapshot))
+        ours = geometric_tracer(snapshot, first_hits(snapshot))
         for hide in ((), ("Room",), ("Near", "Pillar")):
             a, b = ours(rays, hide), trace(rays, hide, scene=scene)
             names = [np.array([*h.object_names, ""])[h.object] for h in (a, b)]
@@ -69,6 +69,7 @@ def test_rays_meet_what_cycles_says(hall, rng):
             assert np.mean(~alike) <= RAYS_ON_EDGES + 1e-3
             both = alike & a.hit
             assert np.abs(a.position - b.position)[both].max() <= HIT_POINT_OF_DIAGONAL * snapshot.diagonal()
+            assert np.einsum("nx,nx->n", a.normal, b.normal)[both].min() > 0.98  # a ball's facets beside its shading
         none = ours(Rays(origin[:0], rays.direction[:0]))
         assert len(none.hit) == 0
         along = Rays(np.array([[-1, -1, 1.0]], "f"), np.array([[0, 0, -1.0]], "f"))  # an axis: no direction is divided by
