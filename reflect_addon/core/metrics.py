@@ -80,7 +80,7 @@ def hit_errors(answer: Answer, truth: Hits, rays: Rays, diagonal: float) -> HitE
     if not len(error):
         return HitErrors(None, None, None, None, None, None)
     both = np.isfinite(error)
-    angle = angle_between(answer.position[both] - rays.origin[both], truth.position[both] - rays.origin[both])
+    angle = _angle(answer.position[both] - rays.origin[both], truth.position[both] - rays.origin[both])
     return HitErrors(
         *_percentiles(error[both]),
         *_percentiles(angle),
@@ -89,8 +89,8 @@ def hit_errors(answer: Answer, truth: Hits, rays: Rays, diagonal: float) -> HitE
     )
 
 
-def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(N,) degrees between vectors (N, 3). atan2 of cross and dot: acos loses everything below 0.02 degrees."""
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Degrees between vectors. atan2 of cross and dot: acos loses everything below 0.02 degrees."""
     a, b = a.astype(np.float64), b.astype(np.float64)
     return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, -1)))
 

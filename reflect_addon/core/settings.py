@@ -44,6 +44,9 @@ class Setting:
             low, high = self.low or 0.0, FAR if self.high is None else self.high
             if type(value) not in (int, float) or not low <= value <= high or value >= FAR:
                 remedy = f"Give a number from {low:g} on." if self.high is None else f"Give a number from {low:g} to {high:g}."
+        elif isinstance(default, tuple):
+            if not isinstance(value, tuple | list) or not all(type(v) is str for v in value):
+                remedy = 'Give names of objects, ["A", "B"].'
         if remedy:
             raise ReflectError(f"The setting {name} cannot be {value!r}.", remedy)
 
@@ -82,6 +85,7 @@ COMMON = {
         "View Dependent", "Glossy objects show highlights of lamps where the reflected ray sees them, not where the bake saw "
         "them. Costs time where something glossy is reflected",
     ),
+    "without": Setting("Without", "Names of objects that the reflector shows nothing of", advanced=True),
     "ground_size": Setting(
         "Ground Size", "Width of the box whose floor is a ground that goes on into the distance, centred on the reflector. "
         "0: chosen from the scene. A reflector that is wider has no such box", unit=METRES, soft_high=1000.0,

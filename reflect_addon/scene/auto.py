@@ -15,8 +15,9 @@ import bpy
 from ..core import methods
 from ..core.asset_places import asset_name
 from ..core.errors import ReflectError
-from ..core.planning.candidates import measure
+from ..core.planning.candidates import errors_of
 from ..core.planning.choose import Choice
+from ..core.planning.errors import measured
 from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan, read_plan, row_of, words, write_plan
 from ..core.progress import Progress, teller
@@ -43,7 +44,7 @@ def bake_auto(
     names = [i.name for i in chosen]
     bake = partial(bake_assets, snapshot, settings=settings, tracer=tracer or partial(trace, scene=scene), again=again)
     earlier = _earlier(below)
-    if earlier and not again and earlier.is_for(goal, snapshot.geometry_hash, words(settings, by_hand(scene, chosen)), names):
+    if earlier and not again and earlier.is_for(goal, snapshot.geometry_hash, words(settings) + words(by_hand(scene, chosen)), names):
         return _bake_planned(earlier, names, below, bake, say)
     made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen)
     for sentence in made.warnings:
@@ -69,13 +70,13 @@ def _earlier(below: Path) -> Plan | None:
 
 def _bake_planned(made: Plan, names: list[str], below: Path, bake: Callable, say: Progress) -> list[Path]:
     """What the plan of an earlier bake has: nothing, where all of it is fresh."""
-    by_method: dict[str, list[str]] = {}
+    by_method: dict[str, dict[str, dict]] = {}
     for row in made.rows:
         if row.reflector in names:
-            by_method.setdefault(row.method, []).append(row.reflector)
+            by_method.setdefault(row.method, {})[row.reflector] = row.own_settings()
     paths = []
     for number, (method, some) in enumerate(by_method.items()):
-        paths += bake((method,), below, reflectors=tuple(some), progress=lambda s, t, n=number: say((n + s) / len(by_method), t))
+        paths += bake((method,), below, reflectors=tuple(some), own_settings=some, progress=lambda s, t, n=number: say((n + s) / len(by_method), t))
     return paths
 
 
@@ -101,12 +102,13 @@ def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, 
         for method, some in by_method.items():
             names = tuple(c.seen.reflector.name for c in some)
             step = part * sum(c.taken.bake_seconds for c in some) / whole
-            paths = bake((method,), below, reflectors=names, progress=lambda s, t, share=share, step=step: say(share + s * step, t))
+            own = {c.seen.reflector.name: dict(c.taken.changes) for c in some}
+            paths = bake((method,), below, reflectors=names, own_settings=own, progress=lambda s, t, share=share, step=step: say(share + s * step, t))
             share += step
             assets = load_assets(snapshot, method, below, alone=True)
             for choice in some:
                 name = choice.seen.reflector.name
-                error = measure(assets[name], choice.seen.held_out)[0].p95
+                error = measured(errors_of(assets[name], choice.seen.held_out)[0]).p95
                 proved[name] = _Proved(choice, error, tuple(p for p in paths if p.name in {asset_name(k, n) for k in methods.with_required((method,)) for n in (name, "")}))
                 if goal.tolerance and error > goal.tolerance and (other := _dearer(choice, goal)):
                     todo.append(other)
@@ -120,7 +122,7 @@ def _dearer(choice: Choice, goal: Goal) -> Choice | None:
     if not some:
         return None
     taken = min(some, key=lambda c: (c.cost, c.bytes))
-    return replace(choice, taken=taken, reason=f"{choice.taken.method} did not keep {goal.tolerance:g} degrees on rays that it was not planned with.")
+    return replace(choice, taken=taken, reason=f"{choice.taken.label()} did not keep {goal.tolerance:g} degrees on rays that it was not planned with.")
 
 
 def _remove_others(below: Path, kept: list[Path]) -> None:

@@ -40,6 +40,7 @@ def bake_assets(
     *,
     reflectors: list[str] | tuple[str, ...] = (),
     settings: dict[str, object] | None = None,
+    own_settings: dict[str, dict[str, object]] | None = None,
     tracer: Callable = trace,
     progress: Progress | None = None,
     again: bool = False,
@@ -49,7 +50,7 @@ def bake_assets(
     Assets go to folder/<kind>-<reflector>; those that are fresh stay, and remember what is asked for now of how they are drawn, unless
     `again`, which takes nothing over from an earlier bake. With a method's setting `live` the surfaces of what may move are baked too, for a method that draws
     surfaces all that it draws (folder/surface_radiance-all). settings override the methods' defaults where a method has
-    such a setting. progress(done in 0..1, text) may return False to cancel. Returns the folders of all assets asked
+    such a setting; own_settings, by a reflector's name, those for it alone. progress(done in 0..1, text) may return False to cancel. Returns the folders of all assets asked
     for. ReflectError: no reflector, an unknown name, a disk that refuses.
     """
     chosen = chosen_reflectors(scene, reflectors)
@@ -63,7 +64,7 @@ def bake_assets(
     for index, reflector in enumerate(chosen):
         done: dict[str, Asset] = {}
         for step, kind in enumerate(kinds):
-            asked = settings_for(kind, settings)
+            asked = settings_for(kind, {**(settings or {}), **(own_settings or {}).get(reflector.name, {})})
             together = chosen if asked.get("shared") else ()
             path = Path(folder) / asset_name(kind, "" if together else reflector.name)
             inputs = inputs_hash(scene, kind, together or (reflector,), asked)

@@ -7,16 +7,19 @@ seen from anywhere around them.
 import math
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import bpy
 import numpy as np
 
+from ..core import methods
 from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.job import BakeJob
-from ..core.planning.candidates import ladder, tried
+from ..core.planning.candidates import Trial
 from ..core.planning.choose import Choice, choose
 from ..core.planning.goal import Goal
+from ..core.planning.leave_out import left_out
 from ..core.planning.plan import Plan, row_of, words
 from ..core.planning.samples import seen_around, seen_by_cameras
 from ..core.progress import Progress
@@ -52,19 +55,23 @@ def plan(
     say(0.0, "what is seen of each reflector")
     maps, closer = _ray_maps(scene, snapshot)
     seen = seen_by_cameras(maps, closer, job_of, reflectors) if maps else seen_around(job_of, reflectors)
+    asked = lambda kind: settings_for(kind, settings)
+    trials = [Trial(one, job_of(one.reflector), asked, goal, chosen.get(one.reflector.object_name, "")) for one in seen]
     found = []
-    for number, one in enumerate(seen):
-        tell = lambda method, n=number, name=one.reflector.name: say(0.1 + 0.9 * n / len(seen), f"trying {method} for {name}")
-        found.append(tuple(tried(one, job_of(one.reflector), lambda kind: settings_for(kind, settings), goal, chosen.get(one.reflector.object_name, ""), tell)))
+    for number, trial in enumerate(trials):
+        tell = lambda method, n=number, name=trial.seen.reflector.name: say(0.1 + 0.8 * n / len(trials), f"trying {method} for {name}")
+        found.append(tuple(trial.candidates(tell)))
     choices, warnings = choose(seen, found, goal)
+    say(0.9, "what is left out")
+    choices = [replace(choice, left_out=left_out(trial, choice.taken)) for choice, trial in zip(choices, trials, strict=True)]
     seconds = time.perf_counter() - began
-    return Plan(goal, snapshot.geometry_hash, words(settings, chosen), bool(maps), seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
+    return Plan(goal, snapshot.geometry_hash, words(settings) + words(chosen), bool(maps), seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
 
 
 def by_hand(scene: bpy.types.Scene, reflectors: Sequence[Instance]) -> dict[str, str]:
     """Object -> method that a user chose for it; without those that are left to the plan."""
     objects = (scene.objects.get(name) for name in dict.fromkeys(r.object_name for r in reflectors))
-    return {obj.name: stand_in_of(obj) for obj in objects if obj is not None and stand_in_of(obj) in ladder()}
+    return {obj.name: stand_in_of(obj) for obj in objects if obj is not None and stand_in_of(obj) in methods.gathering()}
 
 
 def _ray_maps(scene: bpy.types.Scene, snapshot: SceneSnapshot) -> tuple[list[RayMap], list[RayMap]]:

@@ -6,7 +6,6 @@ from contextlib import contextmanager
 import bpy
 
 from ..core import methods
-from ..core.planning.candidates import ladder
 
 MARKS = (
     ("AUTO", "By Material", "Shows reflections when one of its materials is shiny enough"),
@@ -28,7 +27,7 @@ def number_of(name: str) -> int:
 # What a plan may be overruled by.
 STAND_INS = (
     ("AUTO", "As Planned", "The cheapest that is good enough", 0),
-    *((m.NAME, m.LABEL, f"{m.LABEL}, whatever the plan would take", number_of(m.NAME)) for m in map(methods.get, ladder())),
+    *((m.NAME, m.LABEL, f"{m.LABEL}, whatever the plan would take", number_of(m.NAME)) for m in map(methods.get, methods.gathering())),
 )
 
 

@@ -14,14 +14,18 @@ from ..scene import live
 
 
 def group_of(method) -> type[bpy.types.PropertyGroup]:
-    """An unregistered class with one property for each of the method's DEFAULTS."""
-    properties = {name: _property(settings.of(method, name), default) for name, default in method.DEFAULTS.items()}
+    """An unregistered class with one property for each of the method's DEFAULTS but those that are lists of names, which plans make."""
+    properties = {name: _property(settings.of(method, name), default) for name, default in _shown(method)}
     return type(f"Reflect_{method.NAME}", (bpy.types.PropertyGroup,), {"__annotations__": properties})
 
 
 def values_of(group: bpy.types.PropertyGroup, method) -> dict[str, object]:
     """The settings as the command line would have been given them: name -> value."""
-    return {name: _plain(getattr(group, name), default) for name, default in method.DEFAULTS.items()}
+    return {name: _plain(getattr(group, name), default) for name, default in _shown(method)}
+
+
+def _shown(method) -> list[tuple[str, object]]:
+    return [(name, default) for name, default in method.DEFAULTS.items() if not isinstance(default, tuple)]
 
 
 def _property(words: settings.Setting, default):

@@ -9,7 +9,7 @@ from analytic import directions
 from reflect_addon.core import spaces
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.planning import choose as choosing
-from reflect_addon.core.planning.candidates import Candidate, coarse, ladder
+from reflect_addon.core.planning.candidates import Candidate, coarse
 from reflect_addon.core.planning.choose import choose, error, total
 from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, measured, ray_errors
 from reflect_addon.core.planning.goal import Goal
@@ -18,6 +18,7 @@ from reflect_addon.core.planning.samples import Sample, Seen
 from reflect_addon.core.rays import Answer, Hits, Rays
 from reflect_addon.core.snapshot import Instance
 
+METHODS = tuple("ABCDEFGH")
 NO_RAYS = Rays(*np.zeros((2, 0, 3), np.float32))
 NO_HITS = Hits(*np.zeros((3, 0, 3), np.float32), np.zeros(0, np.int32), np.zeros(0, bool))
 
@@ -27,7 +28,7 @@ def seen(name: str, share: float) -> Seen:
 
 
 def candidate(method: str, degrees: float, cost: float, size: int = 1000, seconds: float = 1.0) -> Candidate:
-    return Candidate(method, Measured(100, degrees / 3, degrees, degrees, min(degrees / 2, ELSEWHERE), 0.0), cost, size, seconds)
+    return Candidate(method, (), Measured(100, degrees / 3, degrees, degrees, min(degrees / 2, ELSEWHERE), 0.0), cost, size, seconds)
 
 
 def random_scene(rng, reflectors: int) -> tuple[list[Seen], list[list[Candidate]]]:
@@ -35,27 +36,27 @@ def random_scene(rng, reflectors: int) -> tuple[list[Seen], list[list[Candidate]
     shares = rng.random(reflectors)
     some = []
     for _ in range(reflectors):
-        cost = np.cumsum(rng.exponential(2.0, len(ladder()))) + 1
-        degrees = rng.exponential(5.0, len(ladder())) / cost
-        some.append([candidate(m, *map(float, pair), int(rng.integers(1, 1e7)), float(rng.random())) for m, *pair in zip(ladder(), degrees, cost)])
+        cost = np.cumsum(rng.exponential(2.0, len(METHODS))) + 1
+        degrees = rng.exponential(5.0, len(METHODS)) / cost
+        some.append([candidate(m, *map(float, pair), int(rng.integers(1, 1e7)), float(rng.random())) for m, *pair in zip(METHODS, degrees, cost)])
     return [seen(f"R{k}", float(s)) for k, s in enumerate(shares)], some
 
 
-def test_an_error_is_the_angle_between_what_is_shown_and_what_is_met(rng):
+def test_an_error_is_the_way_from_what_is_met_to_what_is_shown_as_the_ray_sees_it(rng):
     rays = Rays(rng.normal(size=(500, 3)).astype("f"), directions(rng, 500).astype("f"))
-    far = rng.uniform(1, 5, (500, 1))
-    across = np.cross(rays.direction, rng.normal(size=(500, 3)))
-    across /= np.linalg.norm(across, axis=-1, keepdims=True)
-    degrees = rng.uniform(0, 60, 500)
+    far, share = rng.uniform(1, 5, (500, 1)), rng.uniform(0, 3, (500, 1))
     met = rays.origin + rays.direction * far
-    shown = rays.origin + (rays.direction * np.cos(np.radians(degrees))[:, None] + across * np.sin(np.radians(degrees))[:, None]) * far * 3
     truth = Hits(np.zeros((500, 3)), met, np.zeros((500, 3)), np.zeros(500, int), np.ones(500, bool))
-    answer = Answer(np.zeros((500, 3)), np.ones(500), shown, np.full(500, spaces.STATUS_HIT))
-    np.testing.assert_allclose(ray_errors(answer, truth, rays), degrees, atol=1e-3)
     sky = rays.origin + rays.direction * spaces.FAR
-    assert np.all(ray_errors(Answer(answer.radiance, answer.coverage, sky, answer.status), truth, rays) == WRONG)
-    assert np.all(ray_errors(answer, Hits(truth.radiance, sky, truth.normal, truth.object, ~truth.hit), rays) == WRONG)
-    assert np.all(ray_errors(Answer(answer.radiance, answer.coverage, sky, answer.status), Hits(truth.radiance, sky, truth.normal, truth.object, ~truth.hit), rays) == 0)
+    nothing = Hits(truth.radiance, sky, truth.normal, truth.object, ~truth.hit)
+
+    def errors(shown, of):
+        return ray_errors(Answer(np.zeros((500, 3)), np.ones(500), shown, np.full(500, spaces.STATUS_HIT)), of, rays)
+
+    # Whichever way: across, or further along, where both lie in one direction.
+    for way in (directions(rng, 500), rays.direction):
+        np.testing.assert_allclose(errors(met + way * far * share, truth), np.degrees(np.arctan(share[:, 0])), atol=1e-3)
+    assert np.all(errors(sky, truth) == WRONG) and np.all(errors(met, nothing) == WRONG) and np.all(errors(sky, nothing) == 0)
 
 
 def test_a_promise_is_kept_by_rays_that_nobody_saw(rng):
@@ -88,7 +89,7 @@ def test_without_a_tolerance_nothing_is_worse_or_dearer_than_the_best_single_met
     rng = np.random.default_rng(seed)
     scene, candidates = random_scene(rng, 6)
     choices, said = choose(scene, candidates, Goal(0.0))
-    singles = [[choosing.Choice(s, tuple(some), some[k], "") for s, some in zip(scene, candidates, strict=True)] for k in range(len(ladder()))]
+    singles = [[choosing.Choice(s, tuple(some), some[k], "") for s, some in zip(scene, candidates, strict=True)] for k in range(len(METHODS))]
     best = min(singles, key=error)
     assert error(choices) <= error(best) * 1.1
     assert total(choices, "cost") <= total(best, "cost") * (1 + 1e-9)

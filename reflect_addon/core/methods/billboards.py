@@ -49,6 +49,7 @@ EFFORT = 3.0
 DEFAULTS = {
     "resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False,
     "view_dependent": False,  # highlights of glossy things where the reflected ray sees them
+    "without": (),  # names of objects that are left out
     **ground_fit.DEFAULTS,
 }  # fmt: skip
 
@@ -125,6 +126,9 @@ def quads_for(job: BakeJob) -> tuple[list[Quad], tuple[str, ...]]:
     whole: dict[str, bool] = {}
     for instance in (*job.scene.instances, *job.scene.lamps):
         if instance.name == job.reflector.name or not instance.visible_glossy:
+            continue
+        if instance.object_name in job.settings.get("without", ()):
+            whole[instance.object_name] = True
             continue
         flat, complete = _flat(job, instance, contains(job.scene, instance, center))
         quads += [q for q in flat if any(map(q.faces, viewers))]

@@ -39,7 +39,12 @@ from . import billboards
 NAME = "depth_maps"
 LABEL = "Depth Maps"
 REQUIRES = ()
-EFFORT = 20.0
+EFFORT = 60.0
+# Settings that a plan tries, too, from cheap to dear: (effort, what differs).
+VARIANTS = (
+    (10.0, {"self_reflections": False, "maps": 1, "points": 8, "order": 2, "refine": False}),
+    (25.0, {"self_detail": 1, "maps": 2, "points": 8, "order": 2, "refine": False}),
+)
 SETTINGS = {
     "texels": replace(COMMON["texels"], high=srdm.MAX_SIDE),
     "maps": Setting("Maps", "Most depth maps of one object. Fewer are taken where fewer see all that is reflected", soft_high=16),
@@ -58,6 +63,7 @@ SETTINGS = {
                     high=2, advanced=True),
     "optimal": Setting("Optimal", "The best simplified rows instead of good ones. Takes longer to bake", advanced=True),
     "half": Setting("Half Precision", "Half the memory for the simplified rows, with coarser points", advanced=True),
+    "quads": Setting("As Quads", "Names of objects that stand as quads though they are round", advanced=True),
     "refine": Setting("Refine", "Move each hit from the simplified row onto the depth map itself. Without it only those on mirrors and "
                       "glossy things, and all where glossy things have depth maps; drawn faster and a little less exactly", advanced=True),
 }  # fmt: skip
@@ -73,6 +79,7 @@ DEFAULTS = {
     "rows": 1,  # 2: the two best rows say where the projection's own row is looked up
     "optimal": False,  # optimal poly-lines instead of greedy ones
     "half": False,  # points as half floats
+    "quads": (),  # names of objects that stand as quads though they are round
     "refine": True,  # hits on what is only lit too, from the poly-line to the map itself
 }
 
@@ -82,8 +89,9 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
     of volumes, as views_for does it."""
     _check(job.settings)
     quads, backdrop = billboards.with_backdrop(job, NAME)
-    flat = [q for q in quads if q.shared]
-    volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared))
+    as_quads = {i.name for i in (*job.scene.instances, *job.scene.lamps) if i.object_name in job.settings.get("quads", ())}
+    flat = [q for q in quads if q.shared or q.instance in as_quads]
+    volumes = tuple(dict.fromkeys(q.instance for q in quads if not q.shared and q.instance not in as_quads))
     stand_ins = [*flat, *choose(job, volumes)]
     captured = capture(job, stand_ins)
     # What is only lit comes first, quads before maps in each group: the tertiary ray looks among these rows alone.

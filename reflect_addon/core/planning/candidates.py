@@ -3,14 +3,14 @@
 Problem. Which stand-in is right where can only be measured, but baking all of them to find out costs more than it saves.
 Idea. Where an answer lies is told by geometry alone: a bake whose rays meet meshes and bring no light (scene/geometric_trace.py), with a quarter of
 the texels a side, takes a fiftieth of the time and shows the same points. Stand-ins are tried from cheap to dear, until one keeps the tolerance;
-geometry says beforehand what cannot help.
+geometry says beforehand what cannot help, and objects that no ray meets are left out of all of them. What is round and shown as well by a quad gets no
+depth map: that is tried once more, as one.
 Limits. Errors of coarse texels are in what is measured, so that it is too much rather than too little. What a stand-in leaves out of the light
 (noise, highlights, second reflections' places) is not seen.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ..kernel import Counts, record, run_numpy
 from ..methods import environment
 from .errors import Measured, measured, ray_errors
 from .goal import Goal
+from .met import met_by
 from .samples import UNSEEN, Sample, Seen
 
 COARSER, LEAST = 4, 16  # times fewer texels a side; texels a side
@@ -32,11 +33,9 @@ PLAIN = {"samples": 1, "sky_error": 0.0, "live": False, "view_dependent": False}
 GROWTH = {"billboard_buf": 0, "srdm_buf": 1, "srdm_tx": 1}
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 PATHS = 4e5  # Cycles' paths a second on two cores
+AS_GOOD = 1.05  # of the error of a depth map: a quad is as good
 
-
-def ladder() -> tuple[str, ...]:
-    """The methods that a plan chooses among, from cheap to dear."""
-    return tuple(sorted(methods.gathering(), key=lambda name: getattr(methods.get(name), "EFFORT", 1.0)))
+Changes = tuple[tuple[str, object], ...]  # settings in which a stand-in differs from what is asked for, by name
 
 
 @dataclass(frozen=True)
@@ -44,6 +43,7 @@ class Candidate:
     """One stand-in for one reflector."""
 
     method: str
+    changes: Changes = ()
     errors: Measured | None = None  # None: not tried
     cost: float = 0.0  # of a ray, in look-ups of an environment map
     bytes: int = 0  # at the settings that are asked for
@@ -55,95 +55,139 @@ class Candidate:
         """Degrees."""
         return np.inf if self.errors is None else self.errors.promised
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is its method as it is asked for, but for what no ray meets."""
+        return all(name == WITHOUT for name, _ in self.changes)
 
-def tried(
-    seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = "", say: Callable[[str], object] = lambda method: None
-) -> Iterator[Candidate]:
-    """The candidates for a reflector, in the order of ladder(). job: its trace brings no light; asked(method) -> settings of the real bake; only: a method that
-    was chosen by hand."""
-    made, held = _Made(job, asked, seen.planned), False
-    alone = only or (environment.NAME if _needs_no_more(seen) else "")
-    own = seen.reflector.object_name in _met(seen.planned)
-    for method in ladder():
-        why = getattr(methods.get(method), "needless", lambda *_: "")(made.assets, own)
-        if alone and method != alone:
-            why = f"{only} was chosen by hand" if only else _needs_no_more(seen)
-        elif goal.tolerance and held:
-            why = "a cheaper one keeps the tolerance"
-        if why:
-            yield Candidate(method, pruned=why)
-            continue
-        say(method)
-        one = made.candidate(method)
-        held |= one.promised <= goal.tolerance
-        yield one
+    def label(self) -> str:
+        """The method, and what is special, for people."""
+        said = [f"{name} {value}" for name, value in self.changes if not isinstance(value, tuple)]
+        said += [f"{len(value)} {name}" for name, value in self.changes if isinstance(value, tuple) and name != WITHOUT]
+        return f"{self.method} ({', '.join(said)})" if said else self.method
 
 
-def measure(asset: Asset, sample: Sample) -> tuple[Measured, Counts]:
-    """How far off the asset's answers to the sample's rays are, and the work that they were."""
-    counts = Counts()
-    answer = run_numpy(record(methods.get(asset.kind).trace, asset), asset, sample.rays, counts=counts)
-    return measured(ray_errors(answer, sample.truth, sample.rays)), counts
+WITHOUT, QUADS = "without", "quads"  # settings that name objects
 
 
-def _work(counts: Counts) -> float:
-    return counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray
+def ladder() -> list[tuple[str, Changes]]:
+    """What a plan chooses among, from cheap to dear."""
+    steps = []
+    for name in methods.gathering():
+        method = methods.get(name)
+        steps.append((getattr(method, "EFFORT", 1.0), name, ()))
+        steps += [(effort, name, tuple(sorted(changes.items()))) for effort, changes in getattr(method, "VARIANTS", ())]
+    return [(name, changes) for _, name, changes in sorted(steps, key=lambda step: step[0])]
 
 
-def _needs_no_more(seen: Seen) -> str:
-    """Why an environment map is all that a reflector needs, from what its rays meet alone; "" where it is not known."""
-    if seen.by_cameras and seen.share < UNSEEN:
-        return "no camera sees the reflector large enough"
-    if not (seen.planned.truth.hit.any() or seen.held_out.truth.hit.any()):
-        return "its rays meet nothing but the sky"
-    return ""
+class Trial:
+    """The candidates of one reflector. job: its trace brings no light; asked(method) -> settings of the real bake; only: a method chosen by hand."""
 
+    def __init__(self, seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = ""):
+        self.seen, self._job, self._asked, self._goal, self._only = seen, job, asked, goal, only
+        self._assets: dict[tuple[str, Changes], Asset] = {}
+        self._paths: dict[tuple[str, Changes], float] = {}
+        self._errors: dict[tuple[str, Changes], np.ndarray] = {}
+        self._base = 0.0
+        self.unmet: tuple[str, ...] = ()  # names of objects that none of its rays meets
 
-def _met(sample: Sample) -> set[str]:
-    return {sample.truth.object_names[k] for k in np.unique(sample.truth.object[sample.truth.hit])}
+    def candidates(self, say: Callable[[str], object] = lambda method: None) -> Iterator[Candidate]:
+        """In the order of ladder(), each tried as it is asked for."""
+        enough = self._enough()
+        alone = self._only or (environment.NAME if enough else "")
+        met = set() if alone == environment.NAME else met_by(self._job, self.seen)
+        self.unmet = tuple(sorted({i.object_name for i in (*self._job.scene.instances, *self._job.scene.lamps)} - met - {self.seen.reflector.object_name}))
+        self._base = max(_work(self._measured(environment.NAME, ())[1]), 1.0)
+        own, held, tried = self.seen.reflector.object_name in met, False, []
+        for method, changes in ladder():
+            why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, _), asset in self._assets.items()}, own)
+            if alone and method != alone:
+                why = f"{self._only} was chosen by hand" if self._only else enough
+            elif held:
+                why = "a cheaper one keeps the tolerance"
+            if why:
+                yield Candidate(method, changes, pruned=why)
+                continue
+            say(method)
+            one = self.tried(method, self._leaving_out(method, changes))
+            tried.append(one)
+            yield one
+            if (more := self._with_quads(one, tried)) is not None:
+                tried.append(one := self.tried(*more))
+                yield one
+            held = bool(self._goal.tolerance) and any(c.promised <= self._goal.tolerance for c in tried)
 
+    def _enough(self) -> str:
+        """Why an environment map is all that a reflector needs, from what its rays meet alone; "" where it is not known."""
+        if self.seen.by_cameras and self.seen.share < UNSEEN:
+            return "no camera sees the reflector large enough"
+        if not (self.seen.planned.truth.hit.any() or self.seen.held_out.truth.hit.any()):
+            return "its rays meet nothing but the sky"
+        return ""
 
-class _Made:
-    """Coarse bakes of one reflector, each made once."""
+    def _leaving_out(self, method: str, changes: Changes) -> Changes:
+        return changes if not self.unmet or WITHOUT not in methods.get(method).DEFAULTS else tuple(sorted({**dict(changes), WITHOUT: self.unmet}.items()))
 
-    def __init__(self, job: BakeJob, asked: Callable[[str], dict], sample: Sample):
-        self._job, self._asked, self._sample = job, asked, sample
-        self.assets: dict[str, Asset] = {}
-        self._paths: dict[str, float] = {}
+    def _with_quads(self, one: Candidate, tried: list[Candidate]) -> tuple[str, Changes] | None:
+        """The stand-in whose round things are quads where a quad was as good; None where that is nothing new."""
+        if QUADS not in methods.get(one.method).DEFAULTS:
+            return None
+        volumes = {p.instance for p in self._assets[one.method, one.changes].parts if p.kind == "map"}
+        flat = next(((c.method, c.changes) for c in tried if any(p.kind == "volume" for p in self._assets[c.method, c.changes].parts)), None)
+        if not volumes or flat is None:
+            return None
+        truth, named = self.seen.planned.truth, self._job.scene.named()
+        maps, quads = self._errors[one.method, one.changes], self._errors[flat]
+        chosen = []
+        for name in sorted({named[v].object_name for v in volumes if v in named} - {self.seen.reflector.object_name}):
+            some = truth.object == truth.object_names.index(name) if name in truth.object_names else np.zeros(len(truth.object), bool)
+            as_map, as_quad = measured(maps[some]), measured(quads[some])
+            if as_quad.promised <= self._goal.tolerance or as_quad.mean <= AS_GOOD * as_map.mean:
+                chosen.append(name)
+        return (one.method, tuple(sorted({**dict(one.changes), QUADS: tuple(chosen)}.items()))) if chosen else None
 
-    @cached_property
-    def _base(self) -> float:
-        """Work of a look-up of the environment map."""
-        return max(_work(measure(self._asset(environment.NAME), self._sample)[1]), 1.0)
+    def tried(self, method: str, changes: Changes) -> Candidate:
+        errors, counts = self._measured(method, changes)
+        keys = [(kind, changes if kind == method else ()) for kind in methods.with_required((method,))]
+        size = sum(_grown(self._assets[key]) for key in keys)
+        seconds = sum(self._paths[key] for key in keys) / PATHS
+        return Candidate(method, changes, errors, _work(counts) / self._base, size, seconds)
 
-    def candidate(self, method: str) -> Candidate:
-        kinds = methods.with_required((method,))
-        own, *others = [self._asset(kind) for kind in reversed(kinds)]
-        errors, counts = measure(own.joined(*others), self._sample)
-        size = sum(_grown(asset) for asset in (own, *others))
-        seconds = sum(self._paths[kind] for kind in kinds) / PATHS
-        return Candidate(method, errors, _work(counts) / self._base, size, seconds)
+    def _measured(self, method: str, changes: Changes) -> tuple[Measured, Counts]:
+        own, *others = [self._asset(kind, changes if kind == method else ()) for kind in reversed(methods.with_required((method,)))]
+        self._errors[method, changes], counts = errors_of(own.joined(*others), self.seen.planned)
+        return measured(self._errors[method, changes]), counts
 
-    def _asset(self, kind: str) -> Asset:
-        if kind not in self.assets:
-            asked, rays = self._asked(kind), 0
+    def _asset(self, kind: str, changes: Changes) -> Asset:
+        if (kind, changes) not in self._assets:
+            asked, rays = {**self._asked(kind), **dict(changes)}, 0
 
             def traced(bundle, hide=(), samples=1, **more):
                 nonlocal rays
                 rays += len(bundle) * samples
                 return self._job.trace(bundle, hide, samples, **more)
 
-            required = {k: self._asset(k) for k in methods.get(kind).REQUIRES}
-            job = replace(self._job, trace=traced, settings=coarse(asked), required=required)
-            self.assets[kind] = methods.get(kind).bake(job)
-            self._paths[kind] = rays * COARSER**2 * int(asked.get("samples", 1))
-        return self.assets[kind]
+            required = {k: self._asset(k, ()) for k in methods.get(kind).REQUIRES}
+            self._assets[kind, changes] = methods.get(kind).bake(replace(self._job, trace=traced, settings=coarse(asked), required=required))
+            self._paths[kind, changes] = rays * COARSER**2 * int(asked.get("samples", 1))
+        return self._assets[kind, changes]
+
+
+def errors_of(asset: Asset, sample: Sample) -> tuple[np.ndarray, Counts]:
+    """(degrees that the asset's answers to the sample's rays are off, (N,), the work that they were)."""
+    counts = Counts()
+    answer = run_numpy(record(methods.get(asset.kind).trace, asset), asset, sample.rays, counts=counts)
+    return ray_errors(answer, sample.truth, sample.rays), counts
 
 
 def coarse(asked: dict[str, object]) -> dict[str, object]:
     """The settings of a try."""
     sides = {name: max(int(asked[name]) // COARSER, min(LEAST, int(asked[name]))) for name in SIDES if name in asked}
     return {**asked, **sides, **{name: value for name, value in PLAIN.items() if name in asked}}
+
+
+def _work(counts: Counts) -> float:
+    return counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray
 
 
 def _grown(asset: Asset) -> int:

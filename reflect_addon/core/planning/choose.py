@@ -18,6 +18,17 @@ EXACT = 0.02  # degrees: nobody sees less, a pixel of a picture a metre away is 
 
 
 @dataclass(frozen=True)
+class LeftOut:
+    """What a reflector does not have, and what it would have cost."""
+
+    what: str
+    why: str
+    cost: float  # look-ups a ray
+    bytes: int
+    bake_seconds: float
+
+
+@dataclass(frozen=True)
 class Choice:
     """What one reflector gets."""
 
@@ -25,6 +36,7 @@ class Choice:
     candidates: tuple[Candidate, ...]
     taken: Candidate
     reason: str  # a sentence
+    left_out: tuple[LeftOut, ...] = ()
 
     def kept(self, goal: Goal) -> bool:
         return not goal.tolerance or self.taken.promised <= goal.tolerance
@@ -46,7 +58,7 @@ def choose(seen: Sequence[Seen], candidates: Sequence[Sequence[Candidate]], goal
         worst = max(missed, key=lambda c: c.taken.promised)
         said.append(
             f"The tolerance of {goal.tolerance:g} degrees cannot be promised for {len(missed)} of {len(choices)} reflectors; the worst is "
-            f"{worst.seen.reflector.name} by {worst.taken.method}: {_degrees(worst.taken)}."
+            f"{worst.seen.reflector.name} by {worst.taken.label()}: {_degrees(worst.taken)}."
         )
     return choices, said
 
@@ -102,14 +114,14 @@ def _instead(there: list[Candidate], taken: Candidate) -> str:
     if not cheaper:
         return ""
     other = min(cheaper, key=lambda c: c.errors.mean)
-    return f"; {other.method} for {other.cost:.2g}: {_degrees(other)}"
+    return f"; {other.label()} for {other.cost:.2g}: {_degrees(other)}"
 
 
 def _no_dearer_than_single(choices: list[Choice]) -> list[Choice]:
     """At no more cost than the one method that is best for all, and never worse than it."""
     singles = []
     for method in {c.method for one in choices for c in one.candidates if c.errors is not None}:
-        row = [next((c for c in one.candidates if c.method == method and c.errors is not None), None) for one in choices]
+        row = [next((c for c in one.candidates if c.method == method and c.is_plain and c.errors is not None), None) for one in choices]
         # Where a method was not tried the choice is already as good.
         singles.append([replace(one, taken=c or one.taken, reason=f"{method} is the best single method.") for one, c in zip(choices, row, strict=True)])
     least = min(map(error, singles), default=0.0)
@@ -133,7 +145,7 @@ def _within(choices: list[Choice], name: str, limit: float) -> list[Choice]:
             break
         _, k, c = min(steps, key=lambda step: step[0])
         words = {"cost": "time", "bytes": "memory", "bake_seconds": "bake time"}[name]
-        choices[k] = replace(choices[k], taken=c, reason=f"For the budget of {words}, instead of {choices[k].taken.method}: {_told(c)}.")
+        choices[k] = replace(choices[k], taken=c, reason=f"For the budget of {words}, instead of {choices[k].taken.label()}: {_told(c)}.")
     return choices
 
 

@@ -1,14 +1,15 @@
-"""How far off answers are, in degrees: the point that is shown against the point that the ray meets, seen from its start.
+"""How far off answers are, in degrees: how large the way from the point that the ray meets to the point that is shown looks from the ray's start.
 
-It is the `angle` of results.json (core/metrics.py), with one difference: a ray that shows the sky instead of a surface, or a surface instead of
-the sky, counts as WRONG, so that a stand-in is not good by leaving out what is hard.
+The `angle` of results.json (core/metrics.py) is that between the directions of both, and 0 for whatever lies on the ray: a wall that is shown
+where something stands before it. Here the way counts whichever direction it has, as its length over the ray's, so that this angle is never
+less than that one. A ray that shows the sky for a surface, or a surface for the sky, is WRONG.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..metrics import angle_between, is_surface
+from ..metrics import is_surface
 from ..rays import Answer, Hits, Rays
 from ..spaces import STATUS_NONE
 from .goal import PROMISED
@@ -38,8 +39,9 @@ def ray_errors(answer: Answer, truth: Hits, rays: Rays) -> np.ndarray:
     shown = is_surface(answer.position, origin) & (answer.status != STATUS_NONE)
     both = shown & truth.hit
     error = np.where(shown != truth.hit, WRONG, 0.0)
-    error[both] = angle_between(answer.position[both] - rays.origin[both], truth.position[both] - rays.origin[both])
-    return np.minimum(error, WRONG)
+    way = np.linalg.norm(answer.position[both].astype(np.float64) - truth.position[both], axis=-1)
+    error[both] = np.degrees(np.arctan2(way, np.linalg.norm(truth.position[both] - origin[both], axis=-1)))
+    return error
 
 
 def measured(error: np.ndarray) -> Measured:

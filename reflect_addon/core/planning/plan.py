@@ -10,7 +10,7 @@ from typing import get_args, get_origin, get_type_hints
 
 from ..errors import ReflectError
 from ..safe_write import write_whole
-from .choose import Choice
+from .choose import Choice, LeftOut
 from .goal import Goal
 
 FORMAT = 1
@@ -23,6 +23,7 @@ class Tried:
     """One candidate of a reflector."""
 
     method: str
+    settings: tuple[str, ...]  # NAME=VALUE, those in which it differs from what is asked for
     pruned: str  # why it was not tried; "": it was
     promised: float  # degrees that 95 % of the planned rays keep within, and the next three: 0 where it was not tried
     mean: float  # degrees, each at most errors.ELSEWHERE
@@ -38,11 +39,17 @@ class Row:
 
     reflector: str
     method: str
+    settings: tuple[str, ...]  # NAME=VALUE, for this reflector alone
     reason: str
     share: float  # of what is seen
     promised: float  # degrees
     measured: float  # degrees that 95 % of the rays that no choice has seen keep within, by the baked asset; -1: not baked yet
     tried: tuple[Tried, ...]
+    left_out: tuple[LeftOut, ...]
+
+    def own_settings(self) -> dict[str, object]:
+        """For a bake of this reflector. ValueError where they are none."""
+        return {name: json.loads(value) for name, _, value in (word.partition("=") for word in self.settings)}
 
 
 @dataclass(frozen=True)
@@ -68,18 +75,21 @@ def row_of(choice: Choice) -> Row:
     """Before it is baked."""
     tried = tuple(
         Tried(
-            c.method, c.pruned, *((c.errors.promised, c.errors.mean, c.errors.wrong) if c.errors else (0.0, 0.0, 0.0)),
+            c.method, words(dict(c.changes)), c.pruned, *((c.errors.promised, c.errors.mean, c.errors.wrong) if c.errors else (0.0, 0.0, 0.0)),
             float(c.cost), int(c.bytes), float(c.bake_seconds),
         )
         for c in choice.candidates
     )  # fmt: skip
     taken = choice.taken
-    return Row(choice.seen.reflector.name, taken.method, choice.reason, choice.seen.share, taken.errors.promised, -1.0, tried)
+    return Row(
+        choice.seen.reflector.name, taken.method, words(dict(taken.changes)), choice.reason, choice.seen.share, taken.errors.promised, -1.0, tried,
+        choice.left_out,
+    )  # fmt: skip
 
 
-def words(settings: dict[str, object], by_hand: dict[str, str]) -> tuple[str, ...]:
-    """Settings, and what was chosen by hand (object -> method), as a plan keeps them."""
-    return tuple(f"{name}={json.dumps(value)}" for some in (settings, by_hand) for name, value in sorted(some.items()))
+def words(settings: dict[str, object]) -> tuple[str, ...]:
+    """Settings as a plan keeps them."""
+    return tuple(f"{name}={json.dumps(value)}" for name, value in sorted(settings.items()))
 
 
 def write_plan(plan: Plan, folder: Path) -> None:

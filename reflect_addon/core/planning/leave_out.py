@@ -1,0 +1,28 @@
+"""What a reflector is not given, why, and what it would have cost."""
+
+from .candidates import QUADS, WITHOUT, Candidate, Trial
+from .choose import LeftOut
+
+NAMED = 3  # objects that a sentence names
+
+
+def left_out(trial: Trial, taken: Candidate) -> tuple[LeftOut, ...]:
+    """Of what a reflector takes; each thing put back is tried once more."""
+    changes, found = dict(taken.changes), []
+    for name, words, why in (
+        (WITHOUT, "{}", "no reflected ray meets {}"),
+        (QUADS, "depth maps of {}", "a quad shows {} as well"),
+    ):
+        names = changes.get(name, ())
+        if names:
+            back = trial.tried(taken.method, tuple(c for c in taken.changes if c[0] != name))
+            found.append(_left_out(words.format(_listed(names)), why.format("it" if len(names) == 1 else "them"), back, taken))
+    return tuple(one for one in found if one.cost > 0 or one.bytes > 0 or one.bake_seconds > 0)
+
+
+def _left_out(what: str, why: str, back: Candidate, taken: Candidate) -> LeftOut:
+    return LeftOut(what, why, float(back.cost - taken.cost), int(back.bytes - taken.bytes), float(back.bake_seconds - taken.bake_seconds))
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
