@@ -12,20 +12,18 @@ import numpy as np
 from ..core import methods, settings
 from ..scene import live
 
+BETWEEN = ";"  # names in a field for several
+
 
 def group_of(method) -> type[bpy.types.PropertyGroup]:
-    """An unregistered class with one property for each of the method's DEFAULTS but those that are lists of names, which plans make."""
-    properties = {name: _property(settings.of(method, name), default) for name, default in _shown(method)}
+    """An unregistered class with one property for each of the method's DEFAULTS."""
+    properties = {name: _property(settings.of(method, name), default) for name, default in method.DEFAULTS.items()}
     return type(f"Reflect_{method.NAME}", (bpy.types.PropertyGroup,), {"__annotations__": properties})
 
 
 def values_of(group: bpy.types.PropertyGroup, method) -> dict[str, object]:
     """The settings as the command line would have been given them: name -> value."""
-    return {name: _plain(getattr(group, name), default) for name, default in _shown(method)}
-
-
-def _shown(method) -> list[tuple[str, object]]:
-    return [(name, default) for name, default in method.DEFAULTS.items() if not isinstance(default, tuple)]
+    return {name: _plain(getattr(group, name), default) for name, default in method.DEFAULTS.items()}
 
 
 def _property(words: settings.Setting, default):
@@ -34,6 +32,9 @@ def _property(words: settings.Setting, default):
         default = words.in_window
     if isinstance(default, bool):
         return bpy.props.BoolProperty(default=default, **common)
+    if isinstance(default, tuple):
+        common["description"] += f", separated by {BETWEEN!r}"
+        return bpy.props.StringProperty(default=BETWEEN.join(default), **common)
     if words.power_of_two:
         # Numbered by their value, so that a longer menu changes no saved file.
         low, high = min(int(words.low), default), max(int(words.high), default)
@@ -51,6 +52,8 @@ def _property(words: settings.Setting, default):
 
 def _plain(value, default):
     """Blender's value as the setting's own type: a side of a menu as a number, a float32 as the decimal that was typed."""
+    if isinstance(default, tuple):
+        return tuple(filter(None, map(str.strip, value.split(BETWEEN))))
     if isinstance(value, float):
         return float(str(np.float32(value)))
     return value if isinstance(default, bool) else int(value)

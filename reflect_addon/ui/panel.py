@@ -143,7 +143,7 @@ def _named(settings, advanced: bool):
     """(label of a method, its properties, names of those to show) of the chosen method and those it requires."""
     for kind in methods.with_required([settings.method]):
         method, group = methods.get(kind), getattr(settings, kind, None)
-        shown = {name: setting_of(method, name) for name in method.DEFAULTS if hasattr(group, name)}
+        shown = {name: setting_of(method, name) for name in method.DEFAULTS}
         names = [name for name in shown if shown[name].advanced == advanced]
         if group and names:
             # Lengths last: they are about the scene, not about how it is baked.

@@ -175,6 +175,11 @@ def test_fields_hold_what_the_command_line_takes(registered):
         settings.method = method.NAME
         for name in method.DEFAULTS:
             prop = getattr(settings, method.NAME).bl_rna.properties[name]
+            if prop.type == "STRING":
+                setattr(getattr(settings, method.NAME), name, " A;;B, C ")
+                assert settings.settings_of(method.NAME)[name] == ("A", "B, C")
+                methods.check_settings([method.NAME], settings.bake_settings())
+                continue
             if prop.type == "ENUM":
                 sides[name] += [int(item.identifier) for item in prop.enum_items]
                 ends = [int(prop.enum_items[i].identifier) for i in (0, -1)]
