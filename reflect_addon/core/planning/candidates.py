@@ -97,7 +97,7 @@ class Trial:
         alone = self._only or (environment.NAME if enough else "")
         met = set() if alone == environment.NAME else met_by(self._job, self.seen)
         self.unmet = tuple(sorted({i.object_name for i in (*self._job.scene.instances, *self._job.scene.lamps)} - met - {self.seen.reflector.object_name}))
-        self._base = max(_work(self._measured(environment.NAME, ())[1]), 1.0)
+        self._base = max(work_of(self._measured(environment.NAME, ())[1]), 1.0)
         own, held, tried = self.seen.reflector.object_name in met, False, []
         for method, changes in ladder():
             why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, _), asset in self._assets.items()}, own)
@@ -151,7 +151,7 @@ class Trial:
         keys = [(kind, changes if kind == method else ()) for kind in methods.with_required((method,))]
         size = sum(_grown(self._assets[key]) for key in keys)
         seconds = sum(self._paths[key] for key in keys) / PATHS
-        return Candidate(method, changes, errors, _work(counts) / self._base, size, seconds)
+        return Candidate(method, changes, errors, work_of(counts) / self._base, size, seconds)
 
     def _measured(self, method: str, changes: Changes) -> tuple[Measured, Counts]:
         own, *others = [self._asset(kind, changes if kind == method else ()) for kind in reversed(methods.with_required((method,)))]
@@ -186,7 +186,8 @@ def coarse(asked: dict[str, object]) -> dict[str, object]:
     return {**asked, **sides, **{name: value for name, value in PLAIN.items() if name in asked}}
 
 
-def _work(counts: Counts) -> float:
+def work_of(counts: Counts) -> float:
+    """Operations a ray."""
     return counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray
 
 

@@ -1,0 +1,111 @@
+"""What the planner is measured on: rooms that a script makes at random, and models of interiors with something shiny put into them.
+
+Everything glows or mirrors: what a plan is judged by is where things are seen, and that needs no light.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from .bench_mirrors_scene import look, material, new_file
+
+LEAST_ROOM, LARGEST_ROOM = 2.5, 8.0  # m, a side
+MOST_THINGS, MOST_MIRRORS = 12, 4
+
+
+def _cube(**place):
+    bpy.ops.mesh.primitive_cube_add(size=1.0, **place)
+
+
+def _ball(**place):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=0.5, **place)
+
+
+def _tube(**place):
+    bpy.ops.mesh.primitive_cylinder_add(vertices=32, radius=0.5, depth=1.0, **place)
+
+
+def _cone(**place):
+    bpy.ops.mesh.primitive_cone_add(vertices=32, radius1=0.5, depth=1.0, **place)
+
+
+def _ring(**place):
+    bpy.ops.mesh.primitive_torus_add(major_segments=32, minor_segments=12, major_radius=0.4, minor_radius=0.12, **place)
+
+
+def _monkey(**place):
+    bpy.ops.mesh.primitive_monkey_add(size=0.8, **place)
+
+
+def _pane(**place):
+    bpy.ops.mesh.primitive_plane_add(size=1.0, **place)
+
+
+THINGS: tuple[Callable, ...] = (_cube, _ball, _tube, _cone, _ring, _monkey)
+SHINY: tuple[Callable, ...] = (_ball, _ball, _tube, _ring, _monkey, _pane)
+
+
+def random_room(seed: int) -> bpy.types.Scene:
+    """A closed room of any size, things that stand, hang or lie about in it, one to four of them mirrors, and a camera in a corner."""
+    rng = np.random.default_rng(seed)
+    scene = new_file()
+    room = rng.uniform(LEAST_ROOM, LARGEST_ROOM, 3) * (1, 1, 0.6)
+    walls = material("Walls", glow=(0.6, 0.5, 0.4))
+    for axis in range(3):
+        for side in (-1, 1):
+            normal = np.zeros(3)
+            normal[axis] = -side
+            _pane(location=tuple(side * room / 2 * np.eye(3)[axis]), rotation=Vector(normal).to_track_quat("Z", "Y").to_euler())
+            sides = np.abs(np.array(bpy.context.object.rotation_euler.to_matrix()).T @ room)
+            bpy.context.object.name, bpy.context.object.scale = f"Wall {axis}{side}", (*sides[:2], 1)
+            bpy.context.object.data.materials.append(walls)
+    mirror = material("Mirror", metallic=1.0)
+    shiny = int(rng.integers(1, MOST_MIRRORS + 1))
+    for number in range(shiny):
+        _place(rng, room, SHINY, f"Mirror {number}", mirror)
+    first = bpy.data.objects["Mirror 0"]
+    for number in range(int(rng.integers(2, MOST_THINGS + 1))):
+        _place(rng, room, THINGS, f"Thing {number}", material(f"Thing {number}", glow=tuple(rng.random(3))), beside=first if rng.random() < 0.2 else None)
+    from_corner = room / 2 * 0.85 * rng.choice([-1, 1], 3)
+    look(scene, from_corner, (0, 0, 0), 18)
+    return scene
+
+
+def _place(rng, room, kinds, name: str, surface, beside=None) -> None:
+    """beside: an object that it touches, more or less."""
+    size = rng.uniform(0.08, 0.3) * room.min()
+    at = rng.uniform(-0.5, 0.5, 3) * (room - size)
+    if rng.random() < 0.6:
+        at[2] = (size - room[2]) / 2  # on the floor
+    if beside is not None:
+        away = rng.normal(size=3)
+        at = np.array(beside.location) + away / np.linalg.norm(away) * 0.5 * (size + max(beside.dimensions))
+        at = np.clip(at, (size - room) / 2, (room - size) / 2)
+    kinds[rng.integers(len(kinds))](location=tuple(at), rotation=tuple(rng.uniform(0, 2 * np.pi, 3)))
+    made = bpy.context.object
+    made.name, made.scale = name, (size,) * 3
+    made.data.materials.append(surface)
+    if len(made.data.polygons) > 6:
+        bpy.ops.object.shade_smooth_by_angle()
+
+
+def interior(path: Path) -> bpy.types.Scene:
+    """A model of an interior with a mirror ball in its middle, seen from beside."""
+    scene = new_file()
+    if path.suffix == ".obj":
+        bpy.ops.wm.obj_import(filepath=str(path))
+    else:
+        bpy.ops.import_scene.gltf(filepath=str(path))
+    bpy.context.view_layer.update()
+    corners = np.array([o.matrix_world @ Vector(c) for o in scene.objects if o.type == "MESH" for c in o.bound_box])
+    low, high = corners.min(0), corners.max(0)
+    middle, size = (low + high) / 2, high - low
+    _ball(location=tuple(middle))
+    bpy.context.object.name, bpy.context.object.scale = "Mirror", (0.25 * size.min(),) * 3
+    bpy.context.object.data.materials.append(material("Mirror", metallic=1.0))
+    bpy.ops.object.shade_smooth()
+    look(scene, middle + (0.3, -0.35, 0.1) * size, middle, 35)
+    return scene
