@@ -87,10 +87,7 @@ def measure(progress, names: tuple[str, ...] | None = None, rooms: int = ROOMS) 
         scenes = list(_scenes(names, rooms))
         for number, (name, make) in enumerate(scenes):
             say = lambda share, text, n=number, name=name: progress((n + share) / len(scenes), f"planner, {name}: {text}")
-            try:
-                found.append(judged(name, make(), folder / f"scene{number}", say))
-            except FileNotFoundError as error:
-                say(1.0, f"Warning: left out, {error}")
+            found.append(judged(name, make(), folder / f"scene{number}", say))
     return [*told(found), exhibit_of(found)]
 
 

@@ -10,10 +10,14 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
+from ..scene.camera import camera_of
+from ..scene.raymap_numpy import ray_mapper
+from ..scene.snapshot import take_snapshot
 from .bench_mirrors_scene import look, material, new_file
 
 LEAST_ROOM, LARGEST_ROOM = 2.5, 8.0  # m, a side
 MOST_THINGS, MOST_MIRRORS = 12, 4
+TURNS, LEAST_SEEN = 20, 8  # rooms that are tried; pixels of 64 x 64
 
 
 def _cube(**place):
@@ -49,8 +53,23 @@ SHINY: tuple[Callable, ...] = (_ball, _ball, _tube, _ring, _monkey, _pane)
 
 
 def random_room(seed: int) -> bpy.types.Scene:
-    """A closed room of any size, things that stand, hang or lie about in it, one to four of them mirrors, and a camera in a corner."""
-    rng = np.random.default_rng(seed)
+    """A closed room of any size, things that stand, hang or lie about in it, one to four of them mirrors, and a camera in a corner that sees one."""
+    for turn in range(TURNS):
+        scene = _room(np.random.default_rng((seed, turn)))
+        if _seen(scene):
+            return scene
+    raise AssertionError(f"no mirror is seen in {TURNS} rooms")
+
+
+def _seen(scene: bpy.types.Scene) -> bool:
+    """Whether the camera sees LEAST_SEEN pixels of mirrors."""
+    camera = camera_of(scene, scene.camera, 64, 64)
+    layer = scene.view_layers[0]
+    layer.update()
+    return int((ray_mapper(take_snapshot(layer.depsgraph, visibility="RENDER"))(camera).reflector >= 0).sum()) >= LEAST_SEEN
+
+
+def _room(rng) -> bpy.types.Scene:
     scene = new_file()
     room = rng.uniform(LEAST_ROOM, LARGEST_ROOM, 3) * (1, 1, 0.6)
     walls = material("Walls", glow=(0.6, 0.5, 0.4))

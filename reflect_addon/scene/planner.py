@@ -36,7 +36,7 @@ def plan(
     found = []
     for number, trial in enumerate(trials):
         tell = lambda method, n=number, name=trial.seen.reflector.name: say(0.1 + 0.8 * n / len(trials), f"trying {method} for {name}")
-        found.append(tuple(trial.candidates(tell)))
+        found.append(trial.candidates(tell))
     choices, warnings = choose(seen, found, goal)
     say(0.9, "what is left out")
     choices = [replace(choice, left_out=left_out(trial, choice.taken)) for choice, trial in zip(choices, trials, strict=True)]

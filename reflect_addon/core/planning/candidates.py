@@ -20,12 +20,12 @@ from ..asset_images import kind_of
 from ..job import BakeJob
 from ..kernel import Counts, record, run_numpy
 from ..methods import environment
-from .errors import Measured, measured, ray_errors
+from .errors import EXACT, Measured, measured, ray_errors
 from .goal import Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
 
-COARSER, LEAST = 4, 16  # times fewer texels a side; texels a side
+COARSER, FINER, LEAST = 4, 2, 16  # times fewer texels a side, and where nothing is good enough; texels a side
 SIDES = ("resolution", "texels", "view_texels")
 # What a try leaves out: what needs light, and what finds more of it.
 PLAIN = {"samples": 1, "sky_error": 0.0, "live": False, "view_dependent": False}
@@ -33,7 +33,6 @@ PLAIN = {"samples": 1, "sky_error": 0.0, "live": False, "view_dependent": False}
 GROWTH = {"billboard_buf": 0, "srdm_buf": 1, "srdm_tx": 1}
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 PATHS = 4e5  # Cycles' paths a second on two cores
-AS_GOOD = 1.05  # of the error of a depth map: a quad is as good
 
 Changes = tuple[tuple[str, object], ...]  # settings in which a stand-in differs from what is asked for, by name
 
@@ -88,11 +87,19 @@ class Trial:
         self._assets: dict[tuple[str, Changes], Asset] = {}
         self._paths: dict[tuple[str, Changes], float] = {}
         self._errors: dict[tuple[str, Changes], np.ndarray] = {}
-        self._base = 0.0
+        self._base, self._coarser = 0.0, COARSER
         self.unmet: tuple[str, ...] = ()  # names of objects that none of its rays meets
 
-    def candidates(self, say: Callable[[str], object] = lambda method: None) -> Iterator[Candidate]:
-        """In the order of ladder(), each tried as it is asked for."""
+    def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
+        """In the order of ladder(). Where none keeps the tolerance the one that comes nearest is tried again with FINER texels."""
+        found = list(self._climbed(say))
+        best = min((c for c in found if c.errors), key=lambda c: (c.promised, c.errors.mean))
+        if best.promised > self._goal.tolerance and best.method != environment.NAME:
+            say(best.method)
+            found[found.index(best)] = self.tried(best.method, best.changes, FINER)
+        return tuple(found)
+
+    def _climbed(self, say: Callable[[str], object]) -> Iterator[Candidate]:
         enough = self._enough()
         alone = self._only or (environment.NAME if enough else "")
         met = set() if alone == environment.NAME else met_by(self._job, self.seen)
@@ -129,7 +136,7 @@ class Trial:
         return changes if not self.unmet or WITHOUT not in methods.get(method).DEFAULTS else tuple(sorted({**dict(changes), WITHOUT: self.unmet}.items()))
 
     def _with_quads(self, one: Candidate, tried: list[Candidate]) -> tuple[str, Changes] | None:
-        """The stand-in whose round things are quads where a quad was as good; None where that is nothing new."""
+        """The stand-in whose round things are quads where a quad is good enough; None where that is nothing new."""
         if QUADS not in methods.get(one.method).DEFAULTS:
             return None
         volumes = {p.instance for p in self._assets[one.method, one.changes].parts if p.kind == "map"}
@@ -137,19 +144,21 @@ class Trial:
         if not volumes or flat is None:
             return None
         truth, named = self.seen.planned.truth, self._job.scene.named()
-        maps, quads = self._errors[one.method, one.changes], self._errors[flat]
+        quads = self._errors[flat]
         chosen = []
         for name in sorted({named[v].object_name for v in volumes if v in named} - {self.seen.reflector.object_name}):
             some = truth.object == truth.object_names.index(name) if name in truth.object_names else np.zeros(len(truth.object), bool)
-            as_map, as_quad = measured(maps[some]), measured(quads[some])
-            if as_quad.promised <= self._goal.tolerance or as_quad.mean <= AS_GOOD * as_map.mean:
+            as_quad = measured(quads[some])
+            if as_quad.promised <= self._goal.tolerance or as_quad.mean <= EXACT:
                 chosen.append(name)
         return (one.method, tuple(sorted({**dict(one.changes), QUADS: tuple(chosen)}.items()))) if chosen else None
 
-    def tried(self, method: str, changes: Changes) -> Candidate:
+    def tried(self, method: str, changes: Changes, coarser: int = COARSER) -> Candidate:
+        if coarser != self._coarser:
+            self._coarser, self._assets = coarser, {}
         errors, counts = self._measured(method, changes)
         keys = [(kind, changes if kind == method else ()) for kind in methods.with_required((method,))]
-        size = sum(_grown(self._assets[key]) for key in keys)
+        size = sum(_grown(self._assets[key], coarser) for key in keys)
         seconds = sum(self._paths[key] for key in keys) / PATHS
         return Candidate(method, changes, errors, work_of(counts) / self._base, size, seconds)
 
@@ -168,8 +177,8 @@ class Trial:
                 return self._job.trace(bundle, hide, samples, **more)
 
             required = {k: self._asset(k, ()) for k in methods.get(kind).REQUIRES}
-            self._assets[kind, changes] = methods.get(kind).bake(replace(self._job, trace=traced, settings=coarse(asked), required=required))
-            self._paths[kind, changes] = rays * COARSER**2 * int(asked.get("samples", 1))
+            self._assets[kind, changes] = methods.get(kind).bake(replace(self._job, trace=traced, settings=coarse(asked, self._coarser), required=required))
+            self._paths[kind, changes] = rays * self._coarser**2 * int(asked.get("samples", 1))
         return self._assets[kind, changes]
 
 
@@ -180,9 +189,9 @@ def errors_of(asset: Asset, sample: Sample) -> tuple[np.ndarray, Counts]:
     return ray_errors(answer, sample.truth, sample.rays), counts
 
 
-def coarse(asked: dict[str, object]) -> dict[str, object]:
+def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object]:
     """The settings of a try."""
-    sides = {name: max(int(asked[name]) // COARSER, min(LEAST, int(asked[name]))) for name in SIDES if name in asked}
+    sides = {name: max(int(asked[name]) // coarser, min(LEAST, int(asked[name]))) for name in SIDES if name in asked}
     return {**asked, **sides, **{name: value for name, value in PLAIN.items() if name in asked}}
 
 
@@ -191,8 +200,8 @@ def work_of(counts: Counts) -> float:
     return counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray
 
 
-def _grown(asset: Asset) -> int:
+def _grown(asset: Asset, coarser: int) -> int:
     """Bytes of what a coarse asset is at its full size."""
     return sum(
-        image.shape[0] * image.shape[1] * kind_of(name).bytes * COARSER ** GROWTH.get(name, 2) for name, image in asset.images.items()
+        image.shape[0] * image.shape[1] * kind_of(name).bytes * coarser ** GROWTH.get(name, 2) for name, image in asset.images.items()
     )

@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from .candidates import Candidate
-from .errors import WRONG
+from .errors import EXACT, WRONG
 from .goal import Goal
 from .samples import Seen
 
 CLOSE = 1.03  # of the least error: as good
-EXACT = 0.02  # degrees: nobody sees less, a pixel of a picture a metre away is three times as much
 
 
 @dataclass(frozen=True)
