@@ -136,4 +136,8 @@ def _plan_lines(found: dict) -> list[str]:
             f"about {taken['bytes'] / 1e6:.1f} MB and {taken['bake_seconds']:.0f} s of baking"
         )
         lines.append(f"    {row['reason']}")
+        lines += [
+            f"    left out: {one['what']}; {one['why']}; saves {one['cost']:.2g} look-ups, {one['bytes'] / 1e6:.1f} MB, {one['bake_seconds']:.0f} s"
+            for one in row["left_out"]
+        ]
     return lines + [f"  {sentence}" for sentence in found["warnings"]]

@@ -14,8 +14,12 @@ class REFLECT_OT_plan_row(bpy.types.Operator):
 
     @classmethod
     def description(cls, context, properties):
-        row = row_of(context.scene, properties.reflector)
-        return row.reason.removesuffix(".") if row else "The plan does not know this reflector"
+        """Why the reflector has what it has."""
+        plan = live.of(context.scene).loaded.plan
+        row = plan.row_of(properties.reflector) if plan else None
+        if row is None:
+            return "The plan does not know this reflector"
+        return "\n".join([row.reason, *(f"Left out: {one.what}; {one.why}." for one in row.left_out)]).removesuffix(".")
 
     def execute(self, context):
         snapshot = live.of(context.scene).snapshot
@@ -29,9 +33,3 @@ class REFLECT_OT_plan_row(bpy.types.Operator):
         obj.select_set(True)
         context.view_layer.objects.active = obj
         return {"FINISHED"}
-
-
-def row_of(scene: bpy.types.Scene, reflector: str):
-    """The plan's row; None without one."""
-    plan = live.of(scene).loaded.plan
-    return next((row for row in plan.rows if row.reflector == reflector), None) if plan else None

@@ -25,7 +25,8 @@ from ..core.snapshot import SceneSnapshot
 from .bake import bake_assets, chosen_reflectors
 from .freshness import settings_for
 from .load import PLANNED, load_assets
-from .planner import by_hand, plan
+from .planner import plan
+from .properties import by_hand
 from .raytrace import trace
 
 PLANNING = 0.1  # share of the work

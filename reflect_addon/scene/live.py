@@ -18,10 +18,11 @@ from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
 from ..core.focus import refocused
 from ..core.snapshot import SceneSnapshot
-from .freshness import has_settings, inputs_now, remark
+from .freshness import inputs_now, remark
 from .load import answering, draws_surfaces
 from .loaded import Loaded, load
 from .places import adopt_unsaved, assets_of, user_folder
+from .properties import by_hand
 from .snapshot import take_snapshot
 
 SOONEST = 0.02  # s from a change to the next reading of the scene
@@ -124,6 +125,7 @@ class Live:
         if self.snapshot is None or not is_on(scene):
             return
         stale, missing, other = [], [], []
+        chosen = by_hand(scene, self.snapshot.reflectors())
         for reflector in self.snapshot.reflectors():
             kinds = self.loaded.kinds(reflector.name)
             found = [self.asset(kind, reflector.name) for kind in kinds]
@@ -134,7 +136,7 @@ class Live:
                 self.remarks[reflector.name] = said
             if said or any(self._is_stale(asset) for asset in found):
                 stale.append(reflector.name)
-            if any(not has_settings(asset, asked) for asset in found):
+            if not self.loaded.is_as_asked(reflector.name, found, asked, chosen.get(reflector.object_name)):
                 other.append(reflector.name)
         self.stale, self.missing, self.other_settings = tuple(stale), tuple(missing), tuple(other)
 

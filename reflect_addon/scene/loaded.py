@@ -1,5 +1,6 @@
 """All that lies on disk for a method, read for a window: whole or damaged, of reflectors that are there or gone."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -7,7 +8,9 @@ from ..core import methods, surface_asset
 from ..core.asset import Asset
 from ..core.asset_files import load_asset
 from ..core.errors import ReflectError
+from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan
+from .freshness import has_settings
 from .load import PLANNED, plan_in
 
 
@@ -26,8 +29,17 @@ class Loaded:
         """Kinds of assets that show a reflector, its method's own last; () where no plan knows it."""
         method = self.method
         if method == methods.AUTO:
-            method = self.plan.method_of(reflector) if self.plan else None
+            row = self.plan.row_of(reflector) if self.plan else None
+            method = row.method if row else None
         return methods.with_required([method]) if method in methods.names() else ()
+
+    def is_as_asked(self, reflector: str, found: Sequence[Asset], asked: dict[str, object], by_hand: str | None) -> bool:
+        """Whether a bake with these settings would make the reflector's assets, which are `found`. by_hand: the method that was chosen for it, None: what a
+        plan takes."""
+        if self.plan is None:
+            return all(has_settings(asset, asked) for asset in found)
+        row = self.plan.row_of(reflector)
+        return Goal.of(asked) == self.plan.goal and (row.method == by_hand if by_hand else not row.by_hand)
 
     def asset(self, kind: str, reflector: str) -> Asset | None:
         """The asset for a reflector: its own, or the one of all reflectors."""

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import bpy
 
-from ..core import methods
 from ..core.planning.candidates import Trial
 from ..core.planning.choose import Choice, choose
 from ..core.planning.goal import Goal
@@ -18,7 +17,7 @@ from ..core.planning.plan import Plan, row_of, words
 from ..core.progress import Progress
 from ..core.snapshot import Instance, SceneSnapshot
 from .freshness import settings_for
-from .properties import stand_in_of
+from .properties import by_hand
 from .views import jobs_without_light, views_of
 
 
@@ -39,12 +38,9 @@ def plan(
         found.append(trial.candidates(tell))
     choices, warnings = choose(seen, found, goal)
     say(0.9, "what is left out")
-    choices = [replace(choice, left_out=left_out(trial, choice.taken)) for choice, trial in zip(choices, trials, strict=True)]
+    choices = [
+        replace(choice, by_hand=choice.seen.reflector.object_name in chosen, left_out=left_out(trial, choice.taken))
+        for choice, trial in zip(choices, trials, strict=True)
+    ]
     seconds = time.perf_counter() - began
     return Plan(goal, snapshot.geometry_hash, words(settings) + words(chosen), by_cameras, seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
-
-
-def by_hand(scene: bpy.types.Scene, reflectors: Sequence[Instance]) -> dict[str, str]:
-    """Object -> method that a user chose for it; without those that are left to the plan."""
-    objects = (scene.objects.get(name) for name in dict.fromkeys(r.object_name for r in reflectors))
-    return {obj.name: stand_in_of(obj) for obj in objects if obj is not None and stand_in_of(obj) in methods.gathering()}

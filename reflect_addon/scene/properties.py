@@ -1,11 +1,12 @@
 """What a user sets on objects; everything else is read from the scene."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import bpy
 
 from ..core import methods
+from ..core.snapshot import Instance
 
 MARKS = (
     ("AUTO", "By Material", "Shows reflections when one of its materials is shiny enough"),
@@ -50,10 +51,25 @@ def stand_in_of(obj: bpy.types.Object) -> str:
     return getattr(obj, "reflect_stand_in", "AUTO")
 
 
+def by_hand(scene: bpy.types.Scene, reflectors: Sequence[Instance]) -> dict[str, str]:
+    """Object -> method that a user chose for it; without those that are left to the plan."""
+    objects = (scene.objects.get(name) for name in dict.fromkeys(r.object_name for r in reflectors))
+    return {obj.name: stand_in_of(obj) for obj in objects if obj is not None and stand_in_of(obj) in methods.gathering()}
+
+
+def _chosen_by_hand(obj: bpy.types.Object, _context) -> None:
+    from . import live  # which reads what is set here
+
+    for scene in obj.users_scene:
+        if hasattr(scene, "reflect") and live.is_on(scene):
+            live.of(scene).settings_changed(scene)
+
+
 def register() -> None:
     bpy.types.Object.reflect_stand_in = bpy.props.EnumProperty(
-        name="Stand-In", description="What this reflector gets where the method is Auto. Asks for another bake", items=STAND_INS, default="AUTO"
-    )
+        name="Stand-In", description="What this reflector gets where the method is Auto. Asks for another bake", items=STAND_INS, default="AUTO",
+        update=_chosen_by_hand,
+    )  # fmt: skip
     bpy.types.Object.reflect_mark = bpy.props.EnumProperty(
         name="Reflector",
         description="Whether this object shows reflections",

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 
-from reflect_addon.ui import native, panel
+from reflect_addon.ui import native, panel, plan
 
 
 class _Recorder:
@@ -49,7 +49,7 @@ def drawn(**space):
     seen = []
     for cls in (
         panel.REFLECT_PT_main, panel.REFLECT_PT_found, panel.REFLECT_PT_settings, panel.REFLECT_PT_advanced,
-        panel.REFLECT_PT_assets, native.REFLECT_PT_native,
+        panel.REFLECT_PT_assets, native.REFLECT_PT_native, plan.REFLECT_PT_plan,
     ):  # fmt: skip
         if not hasattr(cls, "poll") or cls.poll(context):
             cls.draw(SimpleNamespace(layout=_Layout(seen)), context)

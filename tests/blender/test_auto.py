@@ -2,12 +2,15 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
+from panel_text import drawn
 from tolerances import HIT_POINT_OF_DIAGONAL, RAYS_ON_EDGES
 
+import reflect_addon
 from reflect_addon import cli
 from reflect_addon.core import methods
 from reflect_addon.core.errors import ReflectError
@@ -16,9 +19,13 @@ from reflect_addon.core.planning.plan import FILE_NAME, read_plan
 from reflect_addon.core.rays import Rays
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.rows import read_rows
+from reflect_addon.scene import live
+from reflect_addon.scene.auto import bake_auto
 from reflect_addon.scene.geometric_trace import geometric_tracer
 from reflect_addon.scene.intersect import first_hits
 from reflect_addon.scene.load import PLANNED, load_assets
+from reflect_addon.scene.native_materials import remove_from_materials, use_in_materials
+from reflect_addon.scene.places import assets_of
 from reflect_addon.scene.planner import plan
 from reflect_addon.scene.properties import object_properties
 from reflect_addon.scene.raytrace import trace
@@ -116,11 +123,11 @@ def test_what_is_chosen_by_hand_is_taken(hall):
     with object_properties(), open_frame(scene, None) as snapshot:
         scene.objects["Far"].reflect_stand_in = "sphere_proxy"
         made, choices = plan(scene, snapshot, Goal(1.0), {}, silent)
-        assert made.method_of("Far") == "sphere_proxy" and made.settings == ('Far="sphere_proxy"',)
+        assert made.row_of("Far").method == "sphere_proxy" and made.settings == ('Far="sphere_proxy"',)
         far = next(c for c in choices if c.seen.reflector.name == "Far")
         assert far.taken.cost >= 1.0 and all("by hand" in c.pruned for c in far.candidates if c.errors is None)
         scene.objects["Far"].reflect_stand_in = "AUTO"
-        assert plan(scene, snapshot, Goal(1.0), {}, silent)[0].method_of("Far") != "sphere_proxy"
+        assert plan(scene, snapshot, Goal(1.0), {}, silent)[0].row_of("Far").method != "sphere_proxy"
 
 
 def test_views_around_where_there_is_no_camera_and_nothing_reflective(hall):
@@ -140,7 +147,7 @@ def test_a_bare_sky_and_what_nobody_sees_need_a_map_alone(hall):
     with open_frame(scene, None) as snapshot:
         made, _ = plan(scene, snapshot, Goal(1.0), {}, silent, [r for r in snapshot.reflectors() if r.name == "Far"])
         (row,) = made.rows
-        assert row.method == "environment" and "camera" in row.reason and made.method_of("Near") is None
+        assert row.method == "environment" and "camera" in row.reason and made.row_of("Near") is None
     for name in ("Room", "Pillar"):
         bpy.data.objects.remove(bpy.data.objects[name])
     scene.camera = None
@@ -158,3 +165,48 @@ def test_a_plan_with_a_method_from_elsewhere_is_refused(hall, tmp_path, capfd):
     (folder / PLANNED / FILE_NAME).write_text(text.replace('"method": "environment"', '"method": "nowhere"'))
     with open_frame(bpy.context.scene, None) as snapshot, pytest.raises(ReflectError, match="nowhere"):
         load_assets(snapshot, methods.AUTO, folder)
+
+
+@pytest.fixture
+def sidebar(hall):
+    """The hall in a Blender with the add-on, auto chosen."""
+    reflect_addon.register()
+    bpy.context.scene.reflect.method = methods.AUTO
+    yield bpy.context.scene
+    reflect_addon.unregister()
+
+
+def test_the_sidebar_shows_the_plan_and_is_overruled(sidebar):
+    from reflect_addon.ops.plan_row import REFLECT_OT_plan_row
+
+    state = live.of(sidebar)
+    assert "Bake makes a plan" in drawn() and "Tolerance" not in drawn()
+    settings = {name: value for name, value in (word.split("=") for word in SMALL[1::2])}
+    with open_frame(sidebar, None) as snapshot:
+        bake_auto(sidebar, snapshot, assets_of(sidebar), settings={name: int(value) for name, value in settings.items()})
+    state.reload(sidebar)
+    text = drawn()
+    assert "Near" in text and "Far" in text and "the camera sees" in text and "reflect_stand_in" in text and not state.problems
+    shown = state.joined()
+    assert {name: asset.kind for name, asset in shown.items()} == {row.reflector: row.method for row in state.loaded.plan.rows}
+    assert not (state.missing or state.stale or state.other_settings)
+    sidebar.objects["Far"].reflect_stand_in = "light_field"
+    assert state.other_settings == ("Far",)
+    sidebar.objects["Far"].reflect_stand_in, sidebar.reflect.auto.tolerance = "AUTO", 2.0
+    assert state.other_settings == ("Near", "Far")
+    sidebar.reflect.auto.tolerance = 1.0
+    assert not state.other_settings
+    row = SimpleNamespace(reflector="Far")
+    assert "cheapest" in REFLECT_OT_plan_row.description(bpy.context, row)
+    assert "does not know" in REFLECT_OT_plan_row.description(bpy.context, SimpleNamespace(reflector="nobody"))
+    assert bpy.ops.reflect.plan_row(reflector="Far") == {"FINISHED"} and bpy.context.object.name == "Far"
+    assert bpy.ops.reflect.plan_row(reflector="nobody") == {"CANCELLED"}
+    done = use_in_materials(sidebar, state.snapshot, shown, methods.AUTO)
+    assert "2 materials of 2 objects" in done.counts(), done.counts()
+    remove_from_materials(sidebar.objects)
+    sidebar.objects["Pillar"].location.x += 0.2
+    sidebar.view_layers[0].update()
+    state.look(sidebar)
+    assert set(state.stale) <= {"Near", "Far"} and state.stale
+    assert bpy.ops.reflect.delete_assets() == {"FINISHED"} and not assets_of(sidebar).exists()
+    assert live.of(sidebar).loaded.plan is None

@@ -138,7 +138,7 @@ def test_a_plan_survives_its_file_and_damage_is_told(tmp_path, rng):
     assert read_plan(tmp_path) is None
     write_plan(plan, tmp_path)
     assert read_plan(tmp_path) == plan
-    assert plan.method_of("R1") == choices[1].taken.method and plan.method_of("nobody") is None
+    assert plan.row_of("R1").method == choices[1].taken.method and plan.row_of("nobody") is None
     whole = (tmp_path / FILE_NAME).read_text()
     for turn in range(300):
         document = json.loads(whole)

@@ -35,6 +35,7 @@ class Choice:
     candidates: tuple[Candidate, ...]
     taken: Candidate
     reason: str  # a sentence
+    by_hand: bool = False  # whether its method was chosen by hand
     left_out: tuple[LeftOut, ...] = ()
 
     def kept(self, goal: Goal) -> bool:

@@ -41,6 +41,7 @@ class Row:
     method: str
     settings: tuple[str, ...]  # NAME=VALUE, for this reflector alone
     reason: str
+    by_hand: bool  # whether the method was chosen by hand
     share: float  # of what is seen
     promised: float  # degrees
     measured: float  # degrees that 95 % of the rays that no choice has seen keep within, by the baked asset; -1: not baked yet
@@ -67,8 +68,8 @@ class Plan:
         asked = goal == self.goal and inputs == self.inputs and settings == self.settings
         return asked and bool(inputs) and set(reflectors) <= {row.reflector for row in self.rows}
 
-    def method_of(self, reflector: str) -> str | None:
-        return next((row.method for row in self.rows if row.reflector == reflector), None)
+    def row_of(self, reflector: str) -> Row | None:
+        return next((row for row in self.rows if row.reflector == reflector), None)
 
 
 def row_of(choice: Choice) -> Row:
@@ -82,7 +83,7 @@ def row_of(choice: Choice) -> Row:
     )  # fmt: skip
     taken = choice.taken
     return Row(
-        choice.seen.reflector.name, taken.method, words(dict(taken.changes)), choice.reason, choice.seen.share, taken.errors.promised, -1.0, tried,
+        choice.seen.reflector.name, taken.method, words(dict(taken.changes)), choice.reason, choice.by_hand, choice.seen.share, taken.errors.promised, -1.0, tried,
         choice.left_out,
     )  # fmt: skip
 
