@@ -126,13 +126,13 @@ def as_text(found: dict) -> str:
 
 def _plan_lines(found: dict) -> list[str]:
     goal, rows = found["goal"], found["rows"]
-    asked = f"{goal['tolerance']:g} degrees" if goal["tolerance"] else "the best"
+    asked = f"{goal['tolerance']:g} {goal['unit']}" if goal["tolerance"] else "the best"
     lines = [f"Auto, asked for {asked}, for what {'the camera sees' if found['by_cameras'] else 'is seen from anywhere'}; planned in {found['seconds']:.1f} s:"]
     for row in rows:
         taken = next(t for t in row["tried"] if t["method"] == row["method"])
         measured = f", measured {row['measured']:.2g}" if row["measured"] >= 0 else ""
         lines.append(
-            f"  {row['reflector']}: {row['method']}, promised {row['promised']:.2g} degrees{measured}, {taken['cost']:.2g} look-ups, "
+            f"  {row['reflector']}: {row['method']}, promised {row['promised']:.2g} {goal['unit']}{measured}, {taken['cost']:.2g} look-ups, "
             f"about {taken['bytes'] / 1e6:.1f} MB and {taken['bake_seconds']:.0f} s of baking"
         )
         lines.append(f"    {row['reason']}")

@@ -86,7 +86,7 @@ class _Proved:
     """What was baked for one reflector."""
 
     choice: Choice
-    measured: float  # degrees
+    measured: float  # in the goal's unit
     paths: tuple[Path, ...]
 
 
@@ -109,7 +109,7 @@ def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, 
             assets = load_assets(snapshot, method, below, alone=True)
             for choice in some:
                 name = choice.seen.reflector.name
-                error = measured(errors_of(assets[name], choice.seen.held_out)[0]).p95
+                error = measured(errors_of(assets[name], choice.seen.held_out, goal.unit)[0], goal.unit).p95
                 proved[name] = _Proved(choice, error, tuple(p for p in paths if p.name in {asset_name(k, n) for k in methods.with_required((method,)) for n in (name, "")}))
                 if goal.tolerance and error > goal.tolerance and (other := _dearer(choice, goal)):
                     todo.append(other)
@@ -123,7 +123,7 @@ def _dearer(choice: Choice, goal: Goal) -> Choice | None:
     if not some:
         return None
     taken = min(some, key=lambda c: (c.cost, c.bytes))
-    return replace(choice, taken=taken, reason=f"{choice.taken.label()} did not keep {goal.tolerance:g} degrees on rays that it was not planned with.")
+    return replace(choice, taken=taken, reason=f"{choice.taken.label()} did not keep {goal.tolerance:g} {goal.unit} on rays that it was not planned with.")
 
 
 def _remove_others(below: Path, kept: list[Path]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import bpy
 
+from ..core.errors import ReflectError
 from ..core.planning.candidates import Trial
 from ..core.planning.choose import Choice, choose
 from ..core.planning.goal import Goal
@@ -30,6 +31,8 @@ def plan(
     chosen, job_of = by_hand(scene, reflectors), jobs_without_light(snapshot)
     say(0.0, "what is seen of each reflector")
     seen, by_cameras = views_of(scene, snapshot, reflectors, job_of)
+    if goal.unit == "pixels" and not by_cameras:
+        raise ReflectError(f"The scene {scene.name} has no camera, and so no pixels.", "Add a camera, or give a tolerance in degrees.")
     asked = lambda kind: settings_for(kind, settings)
     trials = [Trial(one, job_of(one.reflector), asked, goal, chosen.get(one.reflector.object_name, "")) for one in seen]
     found = []

@@ -41,22 +41,19 @@ def views_of(
     scene: bpy.types.Scene, snapshot: SceneSnapshot, reflectors: Sequence[Instance], job_of: Callable[[Instance], BakeJob]
 ) -> tuple[list[Seen], bool]:
     """(one for each reflector, whether cameras say what is seen). job_of: jobs_without_light's."""
-    maps, closer = _ray_maps(scene, snapshot)
-    return (seen_by_cameras(maps, closer, job_of, reflectors), True) if maps else (seen_around(job_of, reflectors), False)
-
-
-def _ray_maps(scene: bpy.types.Scene, snapshot: SceneSnapshot) -> tuple[list[RayMap], list[RayMap]]:
-    """(what the scene's camera sees, closer looks at what has few pixels there); none where it has no camera that makes pictures."""
     cameras = _cameras(scene)
     if not cameras:
-        return [], []
+        return seen_around(job_of, reflectors), False
     look = ray_mapper(snapshot)
     maps = [look(camera) for camera in cameras]
-    return maps, [look(part) for part in _closer(maps, cameras)]
+    closer = list(_closer(maps, cameras))
+    pixel = SIDE / (scene.render.resolution_x * scene.render.resolution_percentage / 100)
+    scales = [pixel] * len(maps) + [pixel * finer for _, finer in closer]
+    return seen_by_cameras(maps, [look(part) for part, _ in closer], scales, job_of, reflectors), True
 
 
-def _closer(maps: list[RayMap], cameras: list[Camera]) -> Iterator[Camera]:
-    """Finer views of the reflectors that have few pixels, each where it is seen largest."""
+def _closer(maps: list[RayMap], cameras: list[Camera]) -> Iterator[tuple[Camera, int]]:
+    """Finer views of the reflectors that have few pixels, each where it is seen largest, and how many times finer they are."""
     for index in range(len(maps[0].reflector_names)):
         counts = [int((m.reflector == index).sum()) for m in maps]
         if not 0 < sum(counts) < FEW:
@@ -64,7 +61,8 @@ def _closer(maps: list[RayMap], cameras: list[Camera]) -> Iterator[Camera]:
         k = int(np.argmax(counts))
         y, x = np.nonzero(maps[k].reflector == index)
         part = cameras[k].part(int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1)
-        yield part.finer(min(math.ceil(math.sqrt(2 * FEW / sum(counts))), FINER))
+        finer = min(math.ceil(math.sqrt(2 * FEW / sum(counts))), FINER)
+        yield part.finer(finer), finer
 
 
 def _cameras(scene: bpy.types.Scene) -> list[Camera]:

@@ -6,6 +6,8 @@ from ..core import methods
 from ..scene import live
 from .panel import LISTED, Tab, sentence
 
+UNITS = {"degrees": "\N{DEGREE SIGN}", "pixels": " px"}
+
 
 class REFLECT_PT_plan(Tab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_plan"
@@ -37,7 +39,7 @@ class REFLECT_PT_plan(Tab, bpy.types.Panel):
                 line.prop(obj, "reflect_stand_in", text="", **({} if chosen != "AUTO" else {"icon": "LIGHT"}))
             else:
                 line.label(text="gone")
-            line.label(text=f"{_label(row.method)} {_angle(row)}")
+            line.label(text=f"{_label(row.method)} {_error(row, plan.goal.unit)}")
         if len(plan.rows) > LISTED:
             column.label(text=f"and {len(plan.rows) - LISTED} more")
         for warning in plan.warnings:
@@ -50,7 +52,7 @@ def _label(method: str) -> str:
     return methods.get(method).LABEL if method in methods.names() else method
 
 
-def _angle(row) -> str:
+def _error(row, unit: str) -> str:
     """What 95 % of the rays keep within, measured where it was."""
-    degrees = row.measured if row.measured >= 0 else row.promised
-    return f"{degrees:.1f}\N{DEGREE SIGN}" if degrees >= 0.05 else "exact"
+    error = row.measured if row.measured >= 0 else row.promised
+    return f"{error:.1f}{UNITS[unit]}" if error >= 0.05 else "exact"

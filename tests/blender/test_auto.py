@@ -21,6 +21,7 @@ from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.rows import read_rows
 from reflect_addon.scene import live
 from reflect_addon.scene.auto import bake_auto
+from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.geometric_trace import geometric_tracer
 from reflect_addon.scene.intersect import first_hits
 from reflect_addon.scene.load import PLANNED, load_assets
@@ -28,7 +29,9 @@ from reflect_addon.scene.native_materials import remove_from_materials, use_in_m
 from reflect_addon.scene.places import assets_of
 from reflect_addon.scene.planner import plan
 from reflect_addon.scene.properties import object_properties
+from reflect_addon.scene.raymap_numpy import ray_mapper
 from reflect_addon.scene.raytrace import trace
+from reflect_addon.scene.views import jobs_without_light, views_of
 from sample_blends import scene_parts as parts
 
 SMALL = ("--set", "resolution=32", "--set", "texels=32", "--set", "samples=1", "--set", "views=4", "--set", "view_texels=16", "--set", "turns=12")
@@ -210,3 +213,26 @@ def test_the_sidebar_shows_the_plan_and_is_overruled(sidebar):
     assert set(state.stale) <= {"Near", "Far"} and state.stale
     assert bpy.ops.reflect.delete_assets() == {"FINISHED"} and not assets_of(sidebar).exists()
     assert live.of(sidebar).loaded.plan is None
+
+
+def test_a_tolerance_in_pixels(hall):
+    """A pixel on a ball is as many degrees as the picture's pixel makes of it: counted by rays of two neighbouring pixels of a finer picture."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 640, 480, 100
+    with open_frame(scene, None) as snapshot:
+        job_of = jobs_without_light(snapshot)
+        near, _ = views_of(scene, snapshot, snapshot.reflectors()[:1], job_of)[0][0], None
+        look = ray_mapper(snapshot)(camera_of(scene, scene.camera, 640, 480))
+        mask = look.reflector == 0
+        pairs = mask[:, :-1] & mask[:, 1:]
+        first, second = (Rays(a[pairs], b[pairs]) for a, b in ((look.origin[:, :-1], look.direction[:, :-1]), (look.origin[:, 1:], look.direction[:, 1:])))
+        ends = [job_of(near.reflector).trace(Rays(r.origin + 1e-3 * r.direction, r.direction)) for r in (first, second)]
+        far = np.linalg.norm(ends[0].position - first.origin, axis=-1)
+        counted = np.degrees(np.arctan2(np.linalg.norm(ends[1].position - ends[0].position, axis=-1), far))
+        assert np.median(near.planned.pixel) == pytest.approx(np.median(counted), rel=0.3)
+        strict, _ = plan(scene, snapshot, Goal(0.1, unit="pixels"), {}, silent)
+        loose, _ = plan(scene, snapshot, Goal(1e3, unit="pixels"), {}, silent)
+        assert all(row.method == "environment" for row in loose.rows) and any(row.method != "environment" for row in strict.rows)
+        scene.camera = None
+        with pytest.raises(ReflectError, match="no camera"):
+            plan(scene, snapshot, Goal(1.0, unit="pixels"), {}, silent)

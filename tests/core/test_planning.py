@@ -24,7 +24,7 @@ NO_HITS = Hits(*np.zeros((3, 0, 3), np.float32), np.zeros(0, np.int32), np.zeros
 
 
 def seen(name: str, share: float) -> Seen:
-    return Seen(Instance(name, name, 0, np.eye(4), (0,), True), share, True, Sample(NO_RAYS, NO_HITS), Sample(NO_RAYS, NO_HITS))
+    return Seen(Instance(name, name, 0, np.eye(4), (0,), True), share, True, Sample(NO_RAYS, NO_HITS, np.zeros(0)), Sample(NO_RAYS, NO_HITS, np.zeros(0)))
 
 
 def candidate(method: str, degrees: float, cost: float, size: int = 1000, seconds: float = 1.0) -> Candidate:
@@ -56,7 +56,7 @@ def test_an_error_is_the_way_from_what_is_met_to_what_is_shown_as_the_ray_sees_i
     # Whichever way: across, or further along, where both lie in one direction.
     for way in (directions(rng, 500), rays.direction):
         np.testing.assert_allclose(errors(met + way * far * share, truth), np.degrees(np.arctan(share[:, 0])), atol=1e-3)
-    assert np.all(errors(sky, truth) == WRONG) and np.all(errors(met, nothing) == WRONG) and np.all(errors(sky, nothing) == 0)
+    assert np.all(errors(sky, truth) == WRONG["degrees"]) and np.all(errors(met, nothing) == WRONG["degrees"]) and np.all(errors(sky, nothing) == 0)
 
 
 def test_a_promise_is_kept_by_rays_that_nobody_saw(rng):

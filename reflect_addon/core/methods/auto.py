@@ -11,8 +11,11 @@ SETTINGS = {
         "Tolerance", "Degrees that what is reflected may be off, for 95 % of each reflector's rays, seen from the reflector. 0: as good as it gets, "
         "at no more cost than the best single method", high=90.0, soft_high=10.0,
     ),
+    "pixels": Setting(
+        "Tolerance in Pixels", "The same in pixels of the scene's picture, in place of degrees. Needs a camera. 0: degrees", soft_high=20.0, advanced=True,
+    ),
     "cost": Setting("Cost", "Most that a reflected ray may cost, in look-ups of an environment map, as a mean over what is seen. 0: any", soft_high=100.0),
     "megabytes": Setting("Memory", "Most megabytes on the GPU, all assets together. 0: any", soft_high=4000.0),
     "bake_seconds": Setting("Bake Time", "Most seconds of baking, all reflectors together, as they are estimated. 0: any", soft_high=3600.0),
 }  # fmt: skip
-DEFAULTS = {"tolerance": 1.0, "cost": 0.0, "megabytes": 0.0, "bake_seconds": 0.0, "live": False}
+DEFAULTS = {"tolerance": 1.0, "pixels": 0.0, "cost": 0.0, "megabytes": 0.0, "bake_seconds": 0.0, "live": False}

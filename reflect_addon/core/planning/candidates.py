@@ -20,7 +20,7 @@ from ..asset_images import kind_of
 from ..job import BakeJob
 from ..kernel import Counts, record, run_numpy
 from ..methods import environment
-from .errors import EXACT, Measured, measured, ray_errors
+from .errors import EXACT, Measured, in_unit, measured, ray_errors
 from .goal import Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
@@ -51,7 +51,7 @@ class Candidate:
 
     @property
     def promised(self) -> float:
-        """Degrees."""
+        """In the goal's unit."""
         return np.inf if self.errors is None else self.errors.promised
 
     @property
@@ -148,7 +148,7 @@ class Trial:
         chosen = []
         for name in sorted({named[v].object_name for v in volumes if v in named} - {self.seen.reflector.object_name}):
             some = truth.object == truth.object_names.index(name) if name in truth.object_names else np.zeros(len(truth.object), bool)
-            as_quad = measured(quads[some])
+            as_quad = measured(quads[some], self._goal.unit)
             if as_quad.promised <= self._goal.tolerance or as_quad.mean <= EXACT:
                 chosen.append(name)
         return (one.method, tuple(sorted({**dict(one.changes), QUADS: tuple(chosen)}.items()))) if chosen else None
@@ -164,8 +164,8 @@ class Trial:
 
     def _measured(self, method: str, changes: Changes) -> tuple[Measured, Counts]:
         own, *others = [self._asset(kind, changes if kind == method else ()) for kind in reversed(methods.with_required((method,)))]
-        self._errors[method, changes], counts = errors_of(own.joined(*others), self.seen.planned)
-        return measured(self._errors[method, changes]), counts
+        self._errors[method, changes], counts = errors_of(own.joined(*others), self.seen.planned, self._goal.unit)
+        return measured(self._errors[method, changes], self._goal.unit), counts
 
     def _asset(self, kind: str, changes: Changes) -> Asset:
         if (kind, changes) not in self._assets:
@@ -182,11 +182,11 @@ class Trial:
         return self._assets[kind, changes]
 
 
-def errors_of(asset: Asset, sample: Sample) -> tuple[np.ndarray, Counts]:
-    """(degrees that the asset's answers to the sample's rays are off, (N,), the work that they were)."""
+def errors_of(asset: Asset, sample: Sample, unit: str = "degrees") -> tuple[np.ndarray, Counts]:
+    """(degrees or pixels that the asset's answers to the sample's rays are off, (N,), the work that they were)."""
     counts = Counts()
     answer = run_numpy(record(methods.get(asset.kind).trace, asset), asset, sample.rays, counts=counts)
-    return ray_errors(answer, sample.truth, sample.rays), counts
+    return in_unit(ray_errors(answer, sample.truth, sample.rays), sample.pixel, unit), counts
 
 
 def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object]:

@@ -46,19 +46,19 @@ def choose(seen: Sequence[Seen], candidates: Sequence[Sequence[Candidate]], goal
     """(a choice for each reflector, sentences on what cannot be had)."""
     choices = [_choice(one, tuple(some), goal) for one, some in zip(seen, candidates, strict=True)]
     if not goal.tolerance:
-        choices = _no_dearer_than_single(choices)
+        choices = _no_dearer_than_single(choices, goal)
     said = []
     for name, limit, unit in (("cost", goal.cost, "look-ups a ray"), ("bytes", goal.megabytes * 1e6, "bytes"), ("bake_seconds", goal.bake_seconds, "s of baking")):
         if limit:
-            choices = _within(choices, name, limit)
+            choices = _within(choices, name, limit, goal)
             if (spent := total(choices, name)) > limit:
                 said.append(f"The budget of {limit:,.4g} {unit} cannot be kept: the least is {spent:,.4g}.")
     missed = [c for c in choices if not c.kept(goal)]
     if missed:
         worst = max(missed, key=lambda c: c.taken.promised)
         said.append(
-            f"The tolerance of {goal.tolerance:g} degrees cannot be promised for {len(missed)} of {len(choices)} reflectors; the worst is "
-            f"{worst.seen.reflector.name} by {worst.taken.label()}: {_degrees(worst.taken)}."
+            f"The tolerance of {goal.tolerance:g} {goal.unit} cannot be promised for {len(missed)} of {len(choices)} reflectors; the worst is "
+            f"{worst.seen.reflector.name} by {worst.taken.label()}: {_error(worst.taken, goal)}."
         )
     return choices, said
 
@@ -72,7 +72,7 @@ def total(choices: Sequence[Choice], name: str) -> float:
 
 
 def error(choices: Sequence[Choice]) -> float:
-    """Degrees: the mean error of what is seen."""
+    """The mean error of what is seen."""
     shares = sum(c.seen.share for c in choices)
     return sum(c.taken.errors.mean * c.seen.share for c in choices) / shares if shares else 0.0
 
@@ -86,38 +86,38 @@ def _choice(seen: Seen, candidates: tuple[Candidate, ...], goal: Goal) -> Choice
         good = [c for c in there if c.promised <= goal.tolerance]
         if good:
             taken = min(good, key=_price)
-            return Choice(seen, candidates, taken, f"The cheapest that keeps {goal.tolerance:g} degrees: {_told(taken)}{_instead(there, taken)}.")
+            return Choice(seen, candidates, taken, f"The cheapest that keeps {goal.tolerance:g} {goal.unit}: {_told(taken, goal)}{_instead(there, taken, goal)}.")
         taken = min(there, key=lambda c: (c.promised, c.errors.mean, *_price(c)))
-        return Choice(seen, candidates, taken, f"None keeps {goal.tolerance:g} degrees safely; the nearest: {_told(taken)}{_instead(there, taken)}.")
+        return Choice(seen, candidates, taken, f"None keeps {goal.tolerance:g} {goal.unit} safely; the nearest: {_told(taken, goal)}{_instead(there, taken, goal)}.")
     least = min(c.errors.mean for c in there)
     taken = min((c for c in there if c.errors.mean <= max(CLOSE * least, EXACT)), key=_price)
-    return Choice(seen, candidates, taken, f"Shows its points best: {_told(taken)}{_instead(there, taken)}.")
+    return Choice(seen, candidates, taken, f"Shows its points best: {_told(taken, goal)}{_instead(there, taken, goal)}.")
 
 
 def _price(candidate: Candidate) -> tuple[float, int]:
     return candidate.cost, candidate.bytes
 
 
-def _told(candidate: Candidate) -> str:
-    return f"{_degrees(candidate)}, {candidate.cost:.2g} look-ups"
+def _told(candidate: Candidate, goal: Goal) -> str:
+    return f"{_error(candidate, goal)}, {candidate.cost:.2g} look-ups"
 
 
-def _degrees(candidate: Candidate) -> str:
-    if candidate.promised >= WRONG:
+def _error(candidate: Candidate, goal: Goal) -> str:
+    if candidate.promised >= WRONG[goal.unit]:
         return f"{candidate.errors.wrong:.1%} of its rays miss what is there"
-    return f"95 % of its rays within {max(candidate.promised, 0.01):.2g} degrees"
+    return f"95 % of its rays within {max(candidate.promised, 0.01):.2g} {goal.unit}"
 
 
-def _instead(there: list[Candidate], taken: Candidate) -> str:
+def _instead(there: list[Candidate], taken: Candidate, goal: Goal) -> str:
     """What the next cheaper one would have been."""
     cheaper = [c for c in there if _price(c) < _price(taken)]
     if not cheaper:
         return ""
     other = min(cheaper, key=lambda c: c.errors.mean)
-    return f"; {other.label()} for {other.cost:.2g}: {_degrees(other)}"
+    return f"; {other.label()} for {other.cost:.2g}: {_error(other, goal)}"
 
 
-def _no_dearer_than_single(choices: list[Choice]) -> list[Choice]:
+def _no_dearer_than_single(choices: list[Choice], goal: Goal) -> list[Choice]:
     """At no more cost than the one method that is best for all, and never worse than it."""
     singles = []
     for method in {c.method for one in choices for c in one.candidates if c.errors is not None}:
@@ -127,11 +127,11 @@ def _no_dearer_than_single(choices: list[Choice]) -> list[Choice]:
     least = min(map(error, singles), default=0.0)
     good = [s for s in singles if error(s) <= max(CLOSE * least, EXACT)]
     best = min(good, key=lambda s: total(s, "cost"), default=choices)
-    mixed = _within(choices, "cost", max(total(best, "cost"), 1.0))
+    mixed = _within(choices, "cost", max(total(best, "cost"), 1.0), goal)
     return mixed if error(mixed) <= max(CLOSE * error(best), EXACT) else best
 
 
-def _within(choices: list[Choice], name: str, limit: float) -> list[Choice]:
+def _within(choices: list[Choice], name: str, limit: float, goal: Goal) -> list[Choice]:
     """Made cheaper until the budget holds, or nothing is left to be saved."""
     choices = list(choices)
     while total(choices, name) > limit * (1 + 1e-9):
@@ -145,7 +145,7 @@ def _within(choices: list[Choice], name: str, limit: float) -> list[Choice]:
             break
         _, k, c = min(steps, key=lambda step: step[0])
         words = {"cost": "time", "bytes": "memory", "bake_seconds": "bake time"}[name]
-        choices[k] = replace(choices[k], taken=c, reason=f"For the budget of {words}, instead of {choices[k].taken.label()}: {_told(c)}.")
+        choices[k] = replace(choices[k], taken=c, reason=f"For the budget of {words}, instead of {choices[k].taken.label()}: {_told(c, goal)}.")
     return choices
 
 

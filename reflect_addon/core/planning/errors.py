@@ -14,7 +14,7 @@ from ..rays import Answer, Hits, Rays
 from ..spaces import STATUS_NONE
 from .goal import PROMISED
 
-WRONG = 90.0  # degrees that a false or a missed hit counts as
+WRONG = {"degrees": 90.0, "pixels": 1e4}  # what a false or a missed hit counts as; nothing is more
 # Degrees at which one wrong place is as wrong as another: what is compared when no tolerance is asked for is a mean up to here.
 ELSEWHERE = 10.0
 
@@ -24,14 +24,21 @@ DEVIATIONS = 2.0  # standard ones, of the share of rays that a sample tells: one
 
 @dataclass(frozen=True)
 class Measured:
-    """Errors of a bundle of rays."""
+    """Errors of a bundle of rays, in a goal's unit."""
 
     rays: int
-    median: float  # degrees
-    p95: float  # degrees, that PROMISED of the rays keep within
+    median: float
+    p95: float  # what PROMISED of the rays keep within
     promised: float  # the same, for other rays of the kind: not exceeded by DEVIATIONS of what so many rays can tell
-    mean: float  # degrees, each at most ELSEWHERE
+    mean: float  # each at most ELSEWHERE
     wrong: float  # share of rays that show a surface for the sky, or the sky for a surface
+
+
+def in_unit(error: np.ndarray, pixel: np.ndarray, unit: str) -> np.ndarray:
+    """ray_errors in a goal's unit. pixel: (N,) degrees of one pixel, as samples.py has them."""
+    if unit == "degrees":
+        return error
+    return np.where(error < WRONG["degrees"], np.minimum(error / np.maximum(pixel, 1e-9), WRONG[unit]), WRONG[unit])
 
 
 def ray_errors(answer: Answer, truth: Hits, rays: Rays) -> np.ndarray:
@@ -39,16 +46,16 @@ def ray_errors(answer: Answer, truth: Hits, rays: Rays) -> np.ndarray:
     origin = rays.origin.astype(np.float64)
     shown = is_surface(answer.position, origin) & (answer.status != STATUS_NONE)
     both = shown & truth.hit
-    error = np.where(shown != truth.hit, WRONG, 0.0)
+    error = np.where(shown != truth.hit, WRONG["degrees"], 0.0)
     way = np.linalg.norm(answer.position[both].astype(np.float64) - truth.position[both], axis=-1)
     error[both] = np.degrees(np.arctan2(way, np.linalg.norm(truth.position[both] - origin[both], axis=-1)))
     return error
 
 
-def measured(error: np.ndarray) -> Measured:
-    """Of ray_errors; nothing is wrong with no ray."""
+def measured(error: np.ndarray, unit: str = "degrees") -> Measured:
+    """Of in_unit's errors; nothing is wrong with no ray."""
     if not len(error):
         return Measured(0, 0.0, 0.0, 0.0, 0.0, 0.0)
     safe = min(PROMISED + DEVIATIONS * np.sqrt(PROMISED * (1 - PROMISED) / len(error)), 1.0)
     median, p95, promised = np.percentile(error, (50, 100 * PROMISED, 100 * safe))
-    return Measured(len(error), float(median), float(p95), float(promised), float(np.minimum(error, ELSEWHERE).mean()), float(np.mean(error >= WRONG)))
+    return Measured(len(error), float(median), float(p95), float(promised), float(np.minimum(error, ELSEWHERE).mean()), float(np.mean(error >= WRONG[unit])))

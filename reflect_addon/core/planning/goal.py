@@ -10,12 +10,15 @@ PROMISED = 0.95
 class Goal:
     """A budget of 0 is no budget. tolerance 0: as good as it gets."""
 
-    tolerance: float  # degrees that PROMISED of a reflector's rays may be off, seen from where they start
+    tolerance: float  # that PROMISED of a reflector's rays may be off: degrees, seen from where they start, or pixels of the picture
     cost: float = 0.0  # of a ray, in look-ups of an environment map, as a mean over all reflectors' pixels
     megabytes: float = 0.0  # on the GPU, of all assets
     bake_seconds: float = 0.0  # of all bakes
+    unit: str = "degrees"  # of errors: 'degrees' or 'pixels'
 
     @staticmethod
     def of(settings: dict[str, object]) -> "Goal":
         """From settings of `auto` (core/methods/auto.py)."""
-        return Goal(*(float(settings[name]) for name in ("tolerance", "cost", "megabytes", "bake_seconds")))
+        pixels = float(settings["pixels"])
+        budgets = (float(settings[name]) for name in ("cost", "megabytes", "bake_seconds"))
+        return Goal(pixels or float(settings["tolerance"]), *budgets, "pixels" if pixels else "degrees")

@@ -25,8 +25,8 @@ class Tried:
     method: str
     settings: tuple[str, ...]  # NAME=VALUE, those in which it differs from what is asked for
     pruned: str  # why it was not tried; "": it was
-    promised: float  # degrees that 95 % of the planned rays keep within, and the next three: 0 where it was not tried
-    mean: float  # degrees, each at most errors.ELSEWHERE
+    promised: float  # what 95 % of the planned rays keep within, in the goal's unit; this and the next three are: 0 where it was not tried
+    mean: float  # each at most errors.ELSEWHERE
     wrong: float  # share of rays that show a surface for the sky or the sky for a surface
     cost: float  # look-ups of an environment map
     bytes: int  # as estimated
@@ -43,8 +43,8 @@ class Row:
     reason: str
     by_hand: bool  # whether the method was chosen by hand
     share: float  # of what is seen
-    promised: float  # degrees
-    measured: float  # degrees that 95 % of the rays that no choice has seen keep within, by the baked asset; -1: not baked yet
+    promised: float  # in the goal's unit
+    measured: float  # what 95 % of the rays that no choice has seen keep within, by the baked asset; -1: not baked yet
     tried: tuple[Tried, ...]
     left_out: tuple[LeftOut, ...]
 

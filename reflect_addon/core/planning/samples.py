@@ -25,6 +25,7 @@ class Sample:
 
     rays: Rays
     truth: Hits
+    pixel: np.ndarray  # (N,) degrees: how large a pixel of the picture looks from each ray's start, where the ray ends; 0 without a picture
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,11 @@ class Seen:
 
 
 def seen_by_cameras(
-    maps: Sequence[RayMap], closer: Sequence[RayMap], job_of: Callable[[Instance], BakeJob], reflectors: Sequence[Instance], seed: int = 11
-) -> list[Seen]:
-    """One for each reflector; without rays where no camera sees it. maps: of the same scene, and closer looks at parts of them."""
+    maps: Sequence[RayMap], closer: Sequence[RayMap], scales: Sequence[float], job_of: Callable[[Instance], BakeJob], reflectors: Sequence[Instance],
+    seed: int = 11,
+) -> list[Seen]:  # fmt: skip
+    """One for each reflector; without rays where no camera sees it. maps: of the same scene, and closer looks at parts of them; scales: what a pixel of the
+    picture is of one of each map's, maps and closer ones."""
     rng = np.random.default_rng(seed)
     pixels = max(sum(m.reflector.size for m in maps), 1)
     found = []
@@ -53,8 +56,9 @@ def seen_by_cameras(
         )
         job = job_of(reflector)
         order = rng.permutation(len(origin))[: PLANNED + HELD_OUT]
+        across = np.concatenate([_pixel_ways(m, mask) * s for m, mask, s in zip((*maps, *closer), masks, scales, strict=True)])[order]
         start = (origin[order] + normal[order] * LIFT * job.scene.diagonal()).astype(np.float32)
-        found.append(_seen(job, Rays(start, direction[order].astype(np.float32)), sum(m.sum() for m in masks[: len(maps)]) / pixels, True))
+        found.append(_seen(job, Rays(start, direction[order].astype(np.float32)), sum(m.sum() for m in masks[: len(maps)]) / pixels, across))
     return found
 
 
@@ -65,16 +69,39 @@ def seen_around(job_of: Callable[[Instance], BakeJob], reflectors: Sequence[Inst
     for reflector, area in zip(reflectors, areas, strict=True):
         job = job_of(reflector)
         rays, hits = seen_by_viewers(job, *sample_rays(job, PLANNED + HELD_OUT, seed))
-        found.append(_seen(job, rays, area / max(sum(areas), 1e-300), False, hits))
+        found.append(_seen(job, rays, area / max(sum(areas), 1e-300), None, hits))
     return found
 
 
-def _seen(job: BakeJob, rays: Rays, share: float, by_cameras: bool, hits: Hits | None = None) -> Seen:
+def _seen(job: BakeJob, rays: Rays, share: float, across: np.ndarray | None, hits: Hits | None = None) -> Seen:
+    """across: (N, 2) of _pixel_ways; None where no camera says what is seen."""
     hits = job.trace(rays) if hits is None else hits
     hits = with_lamps(hits, rays, job.scene, job.intersect)
+    pixel = np.zeros(len(rays))
+    if across is not None and len(rays):
+        far = np.linalg.norm(hits.position.astype(np.float64) - rays.origin, axis=-1)
+        pixel = np.degrees(np.arctan2(across[:, 0] + across[:, 1] * far, far))
     half = -(-len(rays) // 2)
-    parts = [Sample(Rays(rays.origin[s], rays.direction[s]), hits.part(s)) for s in (slice(0, half), slice(half, None))]
-    return Seen(job.reflector, float(share), by_cameras, *parts)
+    parts = [Sample(Rays(rays.origin[s], rays.direction[s]), hits.part(s), pixel[s]) for s in (slice(0, half), slice(half, None))]
+    return Seen(job.reflector, float(share), across is not None, *parts)
+
+
+def _pixel_ways(ray_map: RayMap, mask: np.ndarray) -> np.ndarray:
+    """(N, 2) of a reflector's pixels: how far the next pixel's ray starts from this one's, m, and how far both part over a metre, as means of the pixels beside
+    and above. Where these show something else, the median of the others."""
+    found = np.full((*mask.shape, 2), np.nan)
+    for axis in (0, 1):
+        low, high = [slice(None)] * 2, [slice(None)] * 2
+        low[axis], high[axis] = slice(None, -1), slice(1, None)
+        low, high = tuple(low), tuple(high)
+        both = mask[low] & mask[high]
+        ways = [np.linalg.norm((getattr(ray_map, n)[high] - getattr(ray_map, n)[low]).astype(np.float64), axis=-1) for n in ("origin", "direction")]
+        new = np.where(both[..., None], np.stack(ways, -1), np.nan)
+        found[low] = np.where(np.isnan(found[low]), new, np.where(np.isnan(new), found[low], (found[low] + new) / 2))
+    some = found[mask]
+    known = ~np.isnan(some[:, 0])
+    some[~known] = np.median(some[known], axis=0) if known.any() else 0.0
+    return some
 
 
 def _area(job: BakeJob) -> float:
