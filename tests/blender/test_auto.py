@@ -7,20 +7,24 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from mathutils import Vector
 from panel_text import drawn
 from tolerances import HIT_POINT_OF_DIAGONAL, RAYS_ON_EDGES
 
 import reflect_addon
 from reflect_addon import cli
-from reflect_addon.core import methods
+from reflect_addon.core import methods, metrics
 from reflect_addon.core.errors import ReflectError
+from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.planning.goal import Goal
 from reflect_addon.core.planning.plan import FILE_NAME, read_plan
+from reflect_addon.core.processes import temporary_folder
 from reflect_addon.core.rays import Rays
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.evaluation.rows import read_rows
 from reflect_addon.scene import live
 from reflect_addon.scene.auto import bake_auto
+from reflect_addon.scene.bake import bake_assets
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.geometric_trace import geometric_tracer
 from reflect_addon.scene.intersect import first_hits
@@ -236,3 +240,67 @@ def test_a_tolerance_in_pixels(hall):
         scene.camera = None
         with pytest.raises(ReflectError, match="no camera"):
             plan(scene, snapshot, Goal(1.0, unit="pixels"), {}, silent)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e5])
+def test_a_scene_of_any_size_has_the_same_plan(hall, scale):
+    scene = bpy.context.scene
+    with open_frame(scene, None) as snapshot:
+        plain, _ = plan(scene, snapshot, Goal(1.0), {}, silent)
+    for obj in scene.objects:
+        obj.location *= scale
+        if obj.type == "MESH":
+            obj.scale *= scale
+    data = scene.camera.data
+    data.clip_start, data.clip_end = 0.01 * scale, 100 * scale
+    scene.view_layers[0].update()
+    with open_frame(scene, None) as snapshot:
+        scaled, _ = plan(scene, snapshot, Goal(1.0), {}, silent)
+    for a, b in zip(plain.rows, scaled.rows, strict=True):
+        assert (a.method, a.settings) == (b.method, b.settings) and a.share == pytest.approx(b.share, rel=0.02)
+        assert a.promised == pytest.approx(b.promised, rel=0.1, abs=0.02)
+
+
+def test_everything_reflective_and_one_thing_filling_the_view(hall):
+    scene = bpy.context.scene
+    for obj in scene.objects:
+        if obj.type == "MESH":
+            obj.data.materials.clear()
+            obj.data.materials.append(bpy.data.materials["Mirror"])
+    with open_frame(scene, None) as snapshot:
+        made, _ = plan(scene, snapshot, Goal(1.0, megabytes=1e-9, cost=1e-9), {}, silent)
+        assert {row.reflector for row in made.rows} == {"Room", "Pillar", "Near", "Far"} and len(made.warnings) >= 2
+        assert all(row.method == "environment" for row in made.rows)
+    scene.camera.location = scene.objects["Near"].location - scene.camera.matrix_world.to_quaternion() @ Vector((0, 0, -0.41))
+    scene.view_layers[0].update()
+    with open_frame(scene, None) as snapshot:
+        filled, _ = plan(scene, snapshot, Goal(1.0), {}, silent)
+        shares = {row.reflector: row.share for row in filled.rows}
+        assert shares["Near"] > 0.99 and shares["Room"] < 0.01
+
+
+def test_what_is_left_out_is_not_missed(hall):
+    """Each thing that a plan leaves out is put back, alone: what the reflectors show changes by less than the noise of the bake."""
+    scene = bpy.context.scene
+    parts.box("Behind", (0.08, 0.08, 0.08), (1.8, 0.66, 0.3), bpy.data.materials["Walls"])  # in the lee of the pillar, for both balls
+    with open_frame(scene, None) as snapshot:
+        made, choices = plan(scene, snapshot, Goal(1.0), {}, silent)
+        settings = {"resolution": 64, "texels": 64, "samples": 4, "turns": 12}
+        put_back = 0
+        for choice in choices:
+            out = [one for one in choice.taken.changes if isinstance(one[1], tuple)]
+            assert bool(out) == bool(choice.left_out) and all(one.cost >= -0.01 and one.why for one in choice.left_out)
+            for name, names in out:
+                images = []
+                for own in ({**dict(choice.taken.changes)}, {**dict(choice.taken.changes), name: ()}):
+                    with temporary_folder("reflect-test-") as folder:
+                        reflector = choice.seen.reflector.name
+                        bake_assets(snapshot, (choice.taken.method,), folder, reflectors=(reflector,), settings=settings, own_settings={reflector: own})
+                        asset = load_assets(snapshot, choice.taken.method, folder)[reflector]
+                        answer = run_numpy(record(methods.get(asset.kind).trace, asset), asset, choice.seen.held_out.rays)
+                        images.append(answer.radiance)
+                truth = [trace(choice.seen.held_out.rays, samples=4, seed=seed, scene=scene).radiance for seed in (1, 2)]
+                floor = metrics.rmse(*truth)
+                assert metrics.rmse(*images) <= max(floor, 1e-3), (choice.seen.reflector.name, name, names, floor)
+                put_back += 1
+        assert put_back
