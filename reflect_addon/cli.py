@@ -115,7 +115,7 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("--out", type=Path, required=True, metavar="DIR")
 
     bench = verbs.add_parser("bench", help="the papers' targets and the numerical stability, measured")
-    bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "eevee", "eevee-overlay", "eevee-farm", "stability", "all"))
+    bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "planner", "eevee", "eevee-overlay", "eevee-farm", "stability", "all"))
     bench.add_argument("--out", type=Path, required=True, metavar="DIR")
 
     # Without help text: for evaluate alone, which calls it on a copy of the file.

@@ -5,7 +5,19 @@ from collections.abc import Callable, Iterator
 import bpy
 
 from . import cli
-from .ops import bake, cancel, delete_assets, focus_here, mark, open_folder, plan_row, refresh, remove_from_materials, use_in_materials
+from .ops import (
+    bake,
+    cancel,
+    delete_assets,
+    focus_here,
+    mark,
+    open_folder,
+    plan_preset,
+    plan_row,
+    refresh,
+    remove_from_materials,
+    use_in_materials,
+)
 from .scene import handlers, live, properties
 from .ui import map_preview, method_settings, native, panel, preferences, settings
 from .ui import plan as plan_panel
@@ -23,6 +35,7 @@ CLASSES = (
     remove_from_materials.REFLECT_OT_remove_from_materials,
     open_folder.REFLECT_OT_open_folder,
     delete_assets.REFLECT_OT_delete_assets,
+    plan_preset.REFLECT_OT_plan_preset,
     plan_row.REFLECT_OT_plan_row,
     panel.REFLECT_PT_main,
     plan_panel.REFLECT_PT_plan,

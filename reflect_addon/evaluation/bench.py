@@ -34,6 +34,7 @@ from . import (
     bench_nielsen_motion,
     bench_nielsen_planar,
     bench_nielsen_stable,
+    bench_planner,
     bench_popescu,
     bench_srdm,
     bench_yu,
@@ -60,14 +61,15 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
         bench_estalella_search.measure, bench_estalella_iterations.measure, bench_estalella_grid.measure, bench_estalella_flicker.measure,
         bench_estalella_kitchen.measure, bench_estalella_reflectors.measure, bench_estalella_stable.measure, bench_estalella_device.measure,
     ),
+    "planner": (bench_planner.measure,),
     "eevee": (bench_eevee.measure,),
     "eevee-overlay": (bench_eevee_overlay.measure,),
     "eevee-farm": (bench_eevee_farm.measure,),
 }  # fmt: skip
 
 
-# No paper but issue 7, each an hour and more on a software device: `all` leaves them out.
-ALONE = ("eevee", "eevee-overlay", "eevee-farm")
+# No papers but issues 8 and 7, each up to an hour and more: `all` leaves them out.
+ALONE = ("planner", "eevee", "eevee-overlay", "eevee-farm")
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,8 @@ SHINY: tuple[Callable, ...] = (_ball, _ball, _tube, _ring, _monkey, _pane)
 def random_room(seed: int) -> bpy.types.Scene:
     """A closed room of any size, things that stand, hang or lie about in it, one to four of them mirrors, and a camera in a corner that sees one."""
     for turn in range(TURNS):
-        scene = _room(np.random.default_rng((seed, turn)))
+        rng = np.random.default_rng((seed, turn))
+        scene = _room(rng, rng.uniform(LEAST_ROOM, LARGEST_ROOM), int(rng.integers(1, MOST_MIRRORS + 1)), int(rng.integers(2, MOST_THINGS + 1)))
         if _seen(scene):
             return scene
     raise AssertionError(f"no mirror is seen in {TURNS} rooms")
@@ -69,9 +70,15 @@ def _seen(scene: bpy.types.Scene) -> bool:
     return int((ray_mapper(take_snapshot(layer.depsgraph, visibility="RENDER"))(camera).reflector >= 0).sum()) >= LEAST_SEEN
 
 
-def _room(rng) -> bpy.types.Scene:
+def crowd(seed: int = 3) -> bpy.types.Scene:
+    """A hall of ten mirrors among forty things."""
+    return _room(np.random.default_rng(seed), 2 * LARGEST_ROOM, 10, 40)
+
+
+def _room(rng, size: float, mirrors: int, things: int) -> bpy.types.Scene:
+    """size: m, of a side, more or less."""
     scene = new_file()
-    room = rng.uniform(LEAST_ROOM, LARGEST_ROOM, 3) * (1, 1, 0.6)
+    room = size * rng.uniform(0.8, 1.2, 3) * (1, 1, 0.6)
     walls = material("Walls", glow=(0.6, 0.5, 0.4))
     for axis in range(3):
         for side in (-1, 1):
@@ -82,11 +89,10 @@ def _room(rng) -> bpy.types.Scene:
             bpy.context.object.name, bpy.context.object.scale = f"Wall {axis}{side}", (*sides[:2], 1)
             bpy.context.object.data.materials.append(walls)
     mirror = material("Mirror", metallic=1.0)
-    shiny = int(rng.integers(1, MOST_MIRRORS + 1))
-    for number in range(shiny):
+    for number in range(mirrors):
         _place(rng, room, SHINY, f"Mirror {number}", mirror)
     first = bpy.data.objects["Mirror 0"]
-    for number in range(int(rng.integers(2, MOST_THINGS + 1))):
+    for number in range(things):
         _place(rng, room, THINGS, f"Thing {number}", material(f"Thing {number}", glow=tuple(rng.random(3))), beside=first if rng.random() < 0.2 else None)
     from_corner = room / 2 * 0.85 * rng.choice([-1, 1], 3)
     look(scene, from_corner, (0, 0, 0), 18)

@@ -3,6 +3,7 @@
 import bpy
 
 from ..core import methods
+from ..core.methods import auto
 from ..scene import live
 from .panel import LISTED, Tab, sentence
 
@@ -20,6 +21,9 @@ class REFLECT_PT_plan(Tab, bpy.types.Panel):
 
     def draw(self, context):
         layout, scene = self.layout, context.scene
+        presets = layout.row(align=True)
+        for name in auto.PRESETS:
+            presets.operator("reflect.plan_preset", text=name.title()).preset = name
         plan = live.of(scene).loaded.plan
         if plan is None:
             sentence(layout, context, "Bake makes a plan: the cheapest stand-in for each reflector that keeps the tolerance.", "INFO")

@@ -187,7 +187,11 @@ def test_the_sidebar_shows_the_plan_and_is_overruled(sidebar):
     from reflect_addon.ops.plan_row import REFLECT_OT_plan_row
 
     state = live.of(sidebar)
-    assert "Bake makes a plan" in drawn() and "Tolerance" not in drawn()
+    assert "Bake makes a plan" in drawn() and "Best" in drawn()
+    for preset, tolerance in (("DRAFT", 5.0), ("BEST", 0.0), ("BALANCED", 1.0)):
+        sidebar.reflect.auto.megabytes = 7.0
+        assert bpy.ops.reflect.plan_preset(preset=preset) == {"FINISHED"}
+        assert (sidebar.reflect.auto.tolerance, sidebar.reflect.auto.megabytes) == (tolerance, 0.0)
     settings = {name: value for name, value in (word.split("=") for word in SMALL[1::2])}
     with open_frame(sidebar, None) as snapshot:
         bake_auto(sidebar, snapshot, assets_of(sidebar), settings={name: int(value) for name, value in settings.items()})

@@ -19,3 +19,9 @@ SETTINGS = {
     "bake_seconds": Setting("Bake Time", "Most seconds of baking, all reflectors together, as they are estimated. 0: any", soft_high=3600.0),
 }  # fmt: skip
 DEFAULTS = {"tolerance": 1.0, "pixels": 0.0, "cost": 0.0, "megabytes": 0.0, "bake_seconds": 0.0, "live": False}
+# Word -> (tooltip, settings); the others are as in DEFAULTS.
+PRESETS = {
+    "DRAFT": ("For looking about: 95 % of each reflector's rays within 5 degrees", {"tolerance": 5.0}),
+    "BALANCED": ("For working: 95 % of each reflector's rays within 1 degree", {"tolerance": 1.0}),
+    "BEST": ("As good as it gets, at no more cost than the best single method", {"tolerance": 0.0}),
+}
