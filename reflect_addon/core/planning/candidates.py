@@ -21,7 +21,7 @@ from ..job import BakeJob
 from ..kernel import Counts, record, run_numpy
 from ..methods import environment
 from .errors import EXACT, Measured, in_unit, measured, ray_errors
-from .goal import Goal
+from .goal import PROMISED, Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
 
@@ -31,6 +31,7 @@ SIDES = ("resolution", "texels", "view_texels")
 PLAIN = {"samples": 1, "sky_error": 0.0, "live": False, "view_dependent": False}
 # Images that grow with the side of what was baked, or not at all, and not with its square.
 GROWTH = {"billboard_buf": 0, "srdm_buf": 1, "srdm_tx": 1}
+CHEAP = 5.0  # effort of a try that is made whether or not it can be good enough: something must be taken where nothing is
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 PATHS = 4e5  # Cycles' paths a second on two cores
 
@@ -105,6 +106,8 @@ class Trial:
         met = set() if alone == environment.NAME else met_by(self._job, self.seen)
         self.unmet = tuple(sorted({i.object_name for i in (*self._job.scene.instances, *self._job.scene.lamps)} - met - {self.seen.reflector.object_name}))
         self._base = max(work_of(self._measured(environment.NAME, ())[1]), 1.0)
+        own_share = _share(self.seen.planned, self.seen.reflector.object_name)
+        blind = self._goal.tolerance > 0 and own_share > 1 - PROMISED
         own, held, tried = self.seen.reflector.object_name in met, False, []
         for method, changes in ladder():
             why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, _), asset in self._assets.items()}, own)
@@ -112,6 +115,8 @@ class Trial:
                 why = f"{self._only} was chosen by hand" if self._only else enough
             elif held:
                 why = "a cheaper one keeps the tolerance"
+            elif blind and getattr(methods.get(method), "EFFORT", 1.0) > CHEAP and not getattr(methods.get(method), "SHOWS_ITSELF", False):
+                why = f"{own_share:.0%} of the rays meet the reflector itself, which it does not show"
             if why:
                 yield Candidate(method, changes, pruned=why)
                 continue
@@ -193,6 +198,12 @@ def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object
     """The settings of a try."""
     sides = {name: max(int(asked[name]) // coarser, min(LEAST, int(asked[name]))) for name in SIDES if name in asked}
     return {**asked, **sides, **{name: value for name, value in PLAIN.items() if name in asked}}
+
+
+def _share(sample: Sample, name: str) -> float:
+    """Of the rays, those that meet the object."""
+    names = sample.truth.object_names
+    return float(np.mean(sample.truth.hit & (sample.truth.object == names.index(name)))) if name in names and len(sample.rays) else 0.0
 
 
 def work_of(counts: Counts) -> float:
