@@ -28,24 +28,16 @@ class REFLECT_PT_plan(Tab, bpy.types.Panel):
         if plan is None:
             sentence(layout, context, "Bake makes a plan: the cheapest stand-in for each reflector that keeps the tolerance.", "INFO")
             return
-        snapshot = live.of(scene).snapshot
-        named = snapshot.named() if snapshot else {}
         column = layout.column(align=True)
         for row in sorted(plan.rows, key=lambda row: -row.share)[:LISTED]:
             kept = not plan.goal.tolerance or row.measured <= plan.goal.tolerance
-            line = column.split(factor=0.4, align=True)
-            line.operator("reflect.plan_row", text=row.reflector, icon="CHECKMARK" if kept else "ERROR", emboss=False).reflector = row.reflector
-            line = line.split(factor=0.55, align=True)
-            instance = named.get(row.reflector)
-            obj = scene.objects.get(instance.object_name) if instance else None
-            if obj is not None and hasattr(obj, "reflect_stand_in"):
-                chosen = obj.reflect_stand_in
-                line.prop(obj, "reflect_stand_in", text="", **({} if chosen != "AUTO" else {"icon": "LIGHT"}))
-            else:
-                line.label(text="gone")
-            line.label(text=f"{_label(row.method)} {_error(row, plan.goal.unit)}")
+            text = f"{row.reflector}: {_label(row.method)}, {_error(row, plan.goal.unit)}"
+            column.operator("reflect.plan_row", text=text, icon="CHECKMARK" if kept else "ERROR").reflector = row.reflector
         if len(plan.rows) > LISTED:
             column.label(text=f"and {len(plan.rows) - LISTED} more")
+        chosen = context.object
+        if chosen is not None and any(row.reflector.partition("/")[0] == chosen.name for row in plan.rows):
+            layout.prop(chosen, "reflect_stand_in", text=chosen.name)
         for warning in plan.warnings:
             sentence(layout, context, warning, "ERROR")
         seen = "the camera sees" if plan.by_cameras else "is seen from anywhere"

@@ -39,6 +39,7 @@ def drawn(**space):
     lens = np.array([[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, -1.0, -0.1], [0, 0, -1.0, 0]])
     context = SimpleNamespace(
         scene=bpy.context.scene,
+        object=bpy.context.object,
         area=SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", width=64, height=48)]),
         preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),  # 0 without a window
         region=SimpleNamespace(width=3000),

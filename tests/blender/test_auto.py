@@ -197,7 +197,7 @@ def test_the_sidebar_shows_the_plan_and_is_overruled(sidebar):
         bake_auto(sidebar, snapshot, assets_of(sidebar), settings={name: int(value) for name, value in settings.items()})
     state.reload(sidebar)
     text = drawn()
-    assert "Near" in text and "Far" in text and "the camera sees" in text and "reflect_stand_in" in text and not state.problems
+    assert "Near: " in text and "Far: " in text and "the camera sees" in text and "reflect_stand_in" not in text and not state.problems
     shown = state.joined()
     assert {name: asset.kind for name, asset in shown.items()} == {row.reflector: row.method for row in state.loaded.plan.rows}
     assert not (state.missing or state.stale or state.other_settings)
@@ -211,6 +211,7 @@ def test_the_sidebar_shows_the_plan_and_is_overruled(sidebar):
     assert "cheapest" in REFLECT_OT_plan_row.description(bpy.context, row)
     assert "does not know" in REFLECT_OT_plan_row.description(bpy.context, SimpleNamespace(reflector="nobody"))
     assert bpy.ops.reflect.plan_row(reflector="Far") == {"FINISHED"} and bpy.context.object.name == "Far"
+    assert "reflect_stand_in" in drawn()
     assert bpy.ops.reflect.plan_row(reflector="nobody") == {"CANCELLED"}
     done = use_in_materials(sidebar, state.snapshot, shown, methods.AUTO)
     assert "2 materials of 2 objects" in done.counts(), done.counts()

@@ -25,3 +25,11 @@ def test_methods_are_switched_live():
 def test_reflections_follow_and_old_assets_change_nothing():
     found = session("run_native_follow", "contact.blend")
     assert "06-missing" in found["steps"]
+
+
+@pytest.mark.slow
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_auto_by_mouse():
+    found = session("run_auto", "contact.blend")
+    assert "07-removed" in found["steps"] and found["plan"]["measured"] <= 1.0
