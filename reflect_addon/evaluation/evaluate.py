@@ -113,7 +113,7 @@ def _in_eevee(scene: bpy.types.Scene, judged: Judged, methods: tuple[str, ...], 
     baked: dict[str, Baked] = {}
     for number, name in enumerate(ours):
         share = 0.4 + 0.3 * number / len(ours)
-        if name in registry.gathering():
+        if name in (*registry.gathering(), registry.AUTO):
             baked[name] = assets_for(scene, judged.snapshot, name, out, settings, lambda s, t, share=share, name=name: say(share + s * 0.3 / len(ours), f"{name}: {t}"))
     job = peer.job_of(scene, judged.camera_name, judged.camera, judged.snapshot, judged.ray_map)
     groups = tuple(Groups(name, str(baked[name].folder) if name in baked else "") for name in ours)

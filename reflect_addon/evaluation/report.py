@@ -131,7 +131,7 @@ def _leaves_out(name: str) -> str:
     """The 'Limits.' of the method's own module, which say it first and best."""
     if name == PEER:
         return EEVEE
-    if name not in registry.names():
+    if name not in (*registry.names(), registry.AUTO):
         return "This version of Reflect does not know the method."
     text = registry.get(name).__doc__ or ""
     _, found, rest = text.partition("Limits.")

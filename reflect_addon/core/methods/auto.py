@@ -1,5 +1,10 @@
-"""`auto`: each reflector gets the stand-in that is good enough and cheapest (core/planning/). No method of its own: it has a goal for settings,
-and what it bakes are other methods' assets."""
+"""`auto`: each reflector gets the cheapest stand-in that is good enough (core/planning/).
+
+Problem. Which method a reflector needs depends on what it reflects, and what is too much costs time and memory.
+Idea. Candidates are tried on the rays that are seen, before anything is baked. It is no method by itself: its settings are a goal, and what it bakes are
+other methods' assets, of whichever its plan has for a reflector.
+Limits. Judged by where things are seen: what light adds (noise, highlights, second reflections) is not, and methods that draw are not among its candidates.
+"""
 
 from ..settings import Setting
 
