@@ -31,6 +31,7 @@ SIDES = ("resolution", "texels", "view_texels")
 PLAIN = {"samples": 1, "sky_error": 0.0, "live": False, "view_dependent": False}
 # Images that grow with the side of what was baked, or not at all, and not with its square.
 GROWTH = {"billboard_buf": 0, "srdm_buf": 1, "srdm_tx": 1}
+SMALL = 2e-4  # of the cameras' pixels: a reflector of fewer, 400 of 1920 x 1080, is shown by what is cheap
 CHEAP = 5.0  # effort of a try that is made whether or not it can be good enough: something must be taken where nothing is
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 PATHS = 4e5  # Cycles' paths a second on two cores
@@ -70,14 +71,14 @@ class Candidate:
 WITHOUT, QUADS = "without", "quads"  # settings that name objects
 
 
-def ladder() -> list[tuple[str, Changes]]:
-    """What a plan chooses among, from cheap to dear."""
+def ladder() -> list[tuple[float, str, Changes]]:
+    """What a plan chooses among, from cheap to dear: (effort, method, settings that differ)."""
     steps = []
     for name in methods.gathering():
         method = methods.get(name)
         steps.append((getattr(method, "EFFORT", 1.0), name, ()))
         steps += [(effort, name, tuple(sorted(changes.items()))) for effort, changes in getattr(method, "VARIANTS", ())]
-    return [(name, changes) for _, name, changes in sorted(steps, key=lambda step: step[0])]
+    return sorted(steps, key=lambda step: step[0])
 
 
 class Trial:
@@ -95,7 +96,7 @@ class Trial:
         """In the order of ladder(). Where none keeps the tolerance the one that comes nearest is tried again with FINER texels."""
         found = list(self._climbed(say))
         best = min((c for c in found if c.errors), key=lambda c: (c.promised, c.errors.mean))
-        if best.promised > self._goal.tolerance and best.method != environment.NAME:
+        if best.promised > self._goal.tolerance and best.method != environment.NAME and not self._is_small():
             say(best.method)
             found[found.index(best)] = self.tried(best.method, best.changes, FINER)
         return tuple(found)
@@ -109,13 +110,15 @@ class Trial:
         own_share = _share(self.seen.planned, self.seen.reflector.object_name)
         blind = self._goal.tolerance > 0 and own_share > 1 - PROMISED
         own, held, tried = self.seen.reflector.object_name in met, False, []
-        for method, changes in ladder():
+        for effort, method, changes in ladder():
             why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, _), asset in self._assets.items()}, own)
             if alone and method != alone:
                 why = f"{self._only} was chosen by hand" if self._only else enough
             elif held:
                 why = "a cheaper one keeps the tolerance"
-            elif blind and getattr(methods.get(method), "EFFORT", 1.0) > CHEAP and not getattr(methods.get(method), "SHOWS_ITSELF", False):
+            elif effort > CHEAP and self._is_small():
+                why = "the reflector covers too little of the picture"
+            elif effort > CHEAP and blind and not getattr(methods.get(method), "SHOWS_ITSELF", False):
                 why = f"{own_share:.0%} of the rays meet the reflector itself, which it does not show"
             if why:
                 yield Candidate(method, changes, pruned=why)
@@ -136,6 +139,10 @@ class Trial:
         if not (self.seen.planned.truth.hit.any() or self.seen.held_out.truth.hit.any()):
             return "its rays meet nothing but the sky"
         return ""
+
+    def _is_small(self) -> bool:
+        """Whether nobody would see what dear stand-ins are for."""
+        return self.seen.by_cameras and self.seen.share < SMALL and not self._only
 
     def _leaving_out(self, method: str, changes: Changes) -> Changes:
         return changes if not self.unmet or WITHOUT not in methods.get(method).DEFAULTS else tuple(sorted({**dict(changes), WITHOUT: self.unmet}.items()))
