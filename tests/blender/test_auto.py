@@ -155,6 +155,13 @@ def test_a_bare_sky_and_what_nobody_sees_need_a_map_alone(hall):
         made, _ = plan(scene, snapshot, Goal(1.0), {}, silent, [r for r in snapshot.reflectors() if r.name == "Far"])
         (row,) = made.rows
         assert row.method == "environment" and "camera" in row.reason and made.row_of("Near") is None
+    scene.objects["Far"].location, scene.objects["Far"].scale = (-1.2, 1.2, 0.8), (0.15, 0.15, 0.15)
+    scene.view_layers[0].update()
+    with open_frame(scene, None) as snapshot:
+        made, _ = plan(scene, snapshot, Goal(1e-6), {}, silent, [r for r in snapshot.reflectors() if r.name == "Far"])
+        (row,) = made.rows
+        assert 0 < row.share < 2e-4 and {t.method for t in row.tried if t.pruned.endswith("little of the picture")} >= {"depth_maps", "light_field"}
+    scene.objects["Far"].scale = (1, 1, 1)
     for name in ("Room", "Pillar"):
         bpy.data.objects.remove(bpy.data.objects[name])
     scene.camera = None

@@ -7,8 +7,9 @@ NAMED = 3  # objects that a sentence names
 
 
 def left_out(trial: Trial, taken: Candidate) -> tuple[LeftOut, ...]:
-    """Of what a reflector takes; each thing put back is tried once more."""
+    """Of what a reflector takes; with each thing put back it is tried once more, as coarsely as without."""
     changes, found = dict(taken.changes), []
+    taken = trial.tried(taken.method, taken.changes) if changes.keys() & {WITHOUT, QUADS} else taken
     for name, words, why in (
         (WITHOUT, "{}", "no reflected ray meets {}"),
         (QUADS, "depth maps of {}", "a quad shows {} as well"),
