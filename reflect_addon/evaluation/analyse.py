@@ -39,8 +39,9 @@ def analyse_scene(scene: bpy.types.Scene, settings: dict[str, object] | None = N
                     ],
                 }
             )
-        methods = [_method(name, snapshot, folder, settings or {}) for name in registry.names()]
         found_plan = _plan(scene, snapshot, folder, settings or {}, planned)
+        methods = [_method(name, snapshot, folder, settings or {}) for name in (*registry.names(), registry.AUTO)]
+        methods[-1]["predicted_bytes"] = sum(t.bytes for r in found_plan.rows for t in r.tried if r.is_taken(t)) if found_plan else None
     return {
         "file": bpy.data.filepath,
         "scene": scene.name,
@@ -116,7 +117,8 @@ def as_text(found: dict) -> str:
             lines += [f"      simplified: {s}" for s in m["simplified"]]
     lines.append(f"Assets in {found['assets']}:")
     for m in found["methods"]:
-        size = f"{m['bytes'] / 1e6:.2f} MB" if m["bytes"] else f"about {m['predicted_bytes'] / 1e6:.2f} MB to bake"
+        predicted = "--plan says what it would take" if m["predicted_bytes"] is None else f"about {m['predicted_bytes'] / 1e6:.2f} MB to bake"
+        size = f"{m['bytes'] / 1e6:.2f} MB" if m["bytes"] else predicted
         lines.append(f"  {m['name']}: {m['state']}, {size}")
         lines += [f"    {note}" for note in m["notes"]]
     lines += _plan_lines(found["plan"]) if found["plan"] else []
@@ -129,7 +131,7 @@ def _plan_lines(found: dict) -> list[str]:
     asked = f"{goal['tolerance']:g} {goal['unit']}" if goal["tolerance"] else "the best"
     lines = [f"Auto, asked for {asked}, for what {'the camera sees' if found['by_cameras'] else 'is seen from anywhere'}; planned in {found['seconds']:.1f} s:"]
     for row in rows:
-        taken = next(t for t in row["tried"] if t["method"] == row["method"])
+        taken = next(t for t in row["tried"] if (t["method"], t["settings"]) == (row["method"], row["settings"]))
         measured = f", measured {row['measured']:.2g}" if row["measured"] >= 0 else ""
         lines.append(
             f"  {row['reflector']}: {row['method']}, promised {row['promised']:.2g} {goal['unit']}{measured}, {taken['cost']:.2g} look-ups, "

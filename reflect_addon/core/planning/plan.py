@@ -48,6 +48,9 @@ class Row:
     tried: tuple[Tried, ...]
     left_out: tuple[LeftOut, ...]
 
+    def is_taken(self, tried: Tried) -> bool:
+        return (tried.method, tried.settings) == (self.method, self.settings)
+
     def own_settings(self) -> dict[str, object]:
         """For a bake of this reflector. ValueError where they are none."""
         return {name: json.loads(value) for name, _, value in (word.partition("=") for word in self.settings)}
