@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from ..core.errors import Cancelled, ReflectError
 from ..core.processes import temporary_folder
 from . import native, peer
 from .bench_eevee_scene import CASES, Case, baked_case
@@ -55,13 +56,25 @@ class Found:
 
 
 def measure(progress) -> list:
-    """Rows for targets.json, and an Exhibit for each case."""
-    found = []
+    """Rows for targets.json, and an Exhibit for each case. A case whose process fails is told in the rows, which then do not hold: others took an hour. What each
+    case came to is told as it is known."""
+    found, failed = [], {}
     with temporary_folder("reflect-bench-") as folder:
         for number, case in enumerate(CASES):
             case = replace(case, bake=case.bake | case.fast)
-            found.append(_drawn(case, folder, lambda s, t, n=number, c=case: progress((n + s) / len(CASES), f"EEVEE, {c.name}: {t}")))
-    return [*told(found), *map(_exhibit, found)]
+            say = lambda s, t, n=number, c=case: progress((n + s) / len(CASES), f"EEVEE, {c.name}: {t}")
+            try:
+                one = _drawn(case, folder, say)
+            except Cancelled:
+                raise
+            except ReflectError as error:
+                failed[case.name] = error.message
+                say(1.0, f"failed: {error.message}")
+                continue
+            found.append(one)
+            ours, theirs = one.best()
+            say(1.0, "; ".join(f"{line.name} FLIP {line.flip:.4f}, {line.seconds:.2f} s" for line in (ours, theirs) if line is not None))
+    return [*told(found, failed), *map(_exhibit, found)]
 
 
 def _drawn(case: Case, folder, say) -> Found:
@@ -87,12 +100,13 @@ def _theirs(judged: Judged, found: Picture) -> Line:
     return Line(f"EEVEE, {set_up_of(found.setting)}", scores["flip"], seconds, times["sample"], times["compile"], {}, None, picture)
 
 
-def told(found: list[Found]) -> list[dict]:
-    """The targets' rows."""
+def told(found: list[Found], failed: dict[str, str]) -> list[dict]:
+    """The targets' rows. failed: case -> why nothing is known of it."""
     best = [one.best() for one in found]
     flips = [np.inf if ours is None else ours.flip / max(theirs.flip, 1e-9) for ours, theirs in best]
     times = [np.inf if ours is None else ours.seconds / max(theirs.seconds, 1e-9) for ours, theirs in best]
-    missing = [f"{one.case.name}: {sentence}" for one in found for sentence in one.without]
+    flips, times = flips + [np.inf] * len(failed), times + [np.inf] * len(failed)
+    missing = [f"{one.case.name}: {sentence}" for one in found for sentence in one.without] + [f"{name}: {why}" for name, why in failed.items()]
     pairs = "; ".join(
         f"{one.case.name} {'none' if ours is None else f'{ours.name} {ours.flip:.3f}'} over {theirs.name} {theirs.flip:.3f}"
         for one, (ours, theirs) in zip(found, best, strict=True)

@@ -46,7 +46,7 @@ def test_the_room_is_a_box_with_a_ball_and_only_rooms_have_a_volume():
 
 def test_the_best_of_both_sides_are_compared():
     theirs = [line("EEVEE, tracing", 0.3, seconds=4.0), line("EEVEE, spheres", 0.2, seconds=2.0)]
-    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.05), line("environment", 0.3)], theirs)])}
+    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.05), line("environment", 0.3)], theirs)], {})}
     assert rows["I7-flip"]["ours"] == pytest.approx([0.25]) and rows["I7-flip"]["holds"]
     assert rows["I7-time"]["ours"] == pytest.approx([0.5]) and rows["I7-time"]["holds"]
     [Target(**row) for row in rows.values()]
@@ -61,10 +61,13 @@ def test_a_slower_picture_is_the_best_only_where_all_are_slower():
 
 def test_what_is_missing_or_too_far_holds_not():
     theirs = [line("EEVEE, spheres", 0.2, seconds=2.0)]
-    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.1, 3.0)], theirs, ["light_field has no node group."])])}
+    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.1, 3.0)], theirs, ["light_field has no node group."])], {})}
     assert not any(row["holds"] for row in rows.values()) and "light_field" in rows["I7-flip"]["how"]
-    rows = {r["id"]: r for r in bench_eevee.told([found([], theirs, ["no"])])}
+    rows = {r["id"]: r for r in bench_eevee.told([found([], theirs, ["no"])], {})}
     assert rows["I7-flip"]["ours"] == [1e9] and not rows["I7-flip"]["holds"]
+    rows = {r["id"]: r for r in bench_eevee.told([found([line("box_proxy", 0.05)], theirs)], {"kitchen": "It was ended by signal 11."})}
+    assert rows["I7-flip"]["ours"] == pytest.approx([0.25, 1e9]) and "kitchen: It was ended" in rows["I7-flip"]["how"]
+    assert not any(row["holds"] for row in rows.values())
 
 
 def test_tables_name_both_and_what_was_left_out():
