@@ -197,9 +197,10 @@ def _setting(text: str) -> tuple[str, object]:
     if not (name and equals):
         raise argparse.ArgumentTypeError(f"'{text}' is not NAME=VALUE")
     try:
-        return name, json.loads(value)
+        given = json.loads(value)
     except ValueError:
         return name, value  # a word
+    return name, tuple(given) if isinstance(given, list) else given
 
 
 def _picture(text: str) -> Path:

@@ -39,7 +39,7 @@ def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
 def settings_for(kind: str, overrides: dict[str, object] | None) -> dict[str, object]:
     """The method's defaults with those overrides that it has, or that its required methods' bake shares."""
     defaults = methods.get(kind).DEFAULTS
-    return {**defaults, **{k: tuple(v) if isinstance(v, list) else v for k, v in (overrides or {}).items() if k in defaults}}
+    return {**defaults, **{k: v for k, v in (overrides or {}).items() if k in defaults}}
 
 
 def has_settings(asset: Asset, overrides: dict[str, object]) -> bool:

@@ -1,6 +1,7 @@
 """core/planning/: how far off answers are, which candidate is taken, and the plan as a file."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from reflect_addon.core.planning.candidates import Candidate, coarse
 from reflect_addon.core.planning.choose import choose, error, total
 from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, measured, ray_errors
 from reflect_addon.core.planning.goal import Goal
-from reflect_addon.core.planning.plan import FILE_NAME, Plan, read_plan, row_of, write_plan
+from reflect_addon.core.planning.plan import FILE_NAME, Plan, read_plan, row_of, words, write_plan
 from reflect_addon.core.planning.samples import Sample, Seen
 from reflect_addon.core.rays import Answer, Hits, Rays
 from reflect_addon.core.snapshot import Instance
@@ -138,6 +139,9 @@ def test_a_plan_survives_its_file_and_damage_is_told(tmp_path, rng):
     assert read_plan(tmp_path) is None
     write_plan(plan, tmp_path)
     assert read_plan(tmp_path) == plan
+    assert all(row.own_settings() == {} for row in plan.rows)
+    named = replace(plan.rows[0], settings=words({"maps": 2, "without": ("A", "B=C")}))
+    assert named.own_settings() == {"maps": 2, "without": ("A", "B=C")}
     assert plan.row_of("R1").method == choices[1].taken.method and plan.row_of("nobody") is None
     whole = (tmp_path / FILE_NAME).read_text()
     for turn in range(300):

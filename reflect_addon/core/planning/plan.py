@@ -53,7 +53,8 @@ class Row:
 
     def own_settings(self) -> dict[str, object]:
         """For a bake of this reflector. ValueError where they are none."""
-        return {name: json.loads(value) for name, _, value in (word.partition("=") for word in self.settings)}
+        given = {name: json.loads(value) for name, _, value in (word.partition("=") for word in self.settings)}
+        return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
 
 
 @dataclass(frozen=True)
