@@ -55,6 +55,8 @@ def bake_auto(
     paths = list(dict.fromkeys(path for one in proved for path in one.paths))
     if reflectors and earlier:  # others keep what they have
         rows = {row.reflector: row for row in earlier.rows} | rows
+        if (earlier.goal, earlier.inputs) != (made.goal, made.inputs):
+            made = replace(made, inputs="")  # of several goals or scenes: for none of them, and planned again when all is asked for
     else:
         _remove_others(below, paths)
     write_plan(replace(made, rows=tuple(rows.values())), below)

@@ -33,7 +33,7 @@ def load_assets(scene: SceneSnapshot, method: str, folder: Path, alone: bool = F
     from the result.
     """
     if method == methods.AUTO:
-        return _load_planned(scene, folder / PLANNED)
+        return _load_planned(scene, Path(folder) / PLANNED)
     found, joined = {}, {}
     loaded: dict[Path, Asset] = {}
 

@@ -46,9 +46,7 @@ def hall(fresh_file, tmp_path):
     """A closed room with a ball in it, another far behind a pillar, saved; a camera sees both."""
     scene = parts.prepare(bpy.context.scene, "hall")
     parts.set_world(scene, (0.2, 0.2, 0.2))
-    walls = parts.material("Walls", (0.7, 0.5, 0.3))
-    walls.node_tree.nodes["Principled BSDF"].inputs["Emission Color"].default_value = (0.7, 0.5, 0.3, 1)
-    walls.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 1.0
+    walls = parts.material("Walls", (0.7, 0.5, 0.3), emission=1.0)
     parts.box("Room", (6.0, 5.0, 3.0), (0, 0, 1.5), walls).rotation_euler.z = 0.3
     parts.box("Pillar", (0.5, 0.5, 1.5), (1.5, 0.6, 0.75), walls)
     parts.sphere("Near", 0.4, parts.mirror(), 32, location=(0.3, -0.2, 1.0))
@@ -108,6 +106,10 @@ def test_it_is_planned_baked_proved_and_kept(hall, tmp_path, capfd):
     assert status == 0 and (tmp_path / "p.png").is_file(), err
     status, out, err = run(capfd, "analyse", hall, "--json")
     assert json.loads(out)["plan"]["goal"]["tolerance"] == 1.0
+    status, out, err = run(capfd, "bake", hall, "--methods", "auto", "--objects", "Far", "--set", "tolerance=90", *SMALL)
+    mixed = read_plan(folder / PLANNED)
+    assert status == 0 and {row.reflector for row in mixed.rows} == {"Near", "Far"} and mixed.row_of("Far").method == "environment"
+    assert mixed.row_of("Near") == made.row_of("Near") and not mixed.inputs, "of two goals: no bake takes it for its own"
     (folder / PLANNED / FILE_NAME).write_text("{")
     status, out, err = run(capfd, "render", hall, "--method", "auto", "--size", "32x24", "--samples", 1, "--assets", folder, "--out", tmp_path / "p.png")
     assert status == 1 and "damaged" in err and "Traceback" not in err

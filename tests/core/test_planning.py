@@ -29,7 +29,7 @@ def seen(name: str, share: float) -> Seen:
 
 
 def candidate(method: str, degrees: float, cost: float, size: int = 1000, seconds: float = 1.0) -> Candidate:
-    return Candidate(method, (), Measured(100, degrees / 3, degrees, degrees, min(degrees / 2, ELSEWHERE), 0.0), cost, size, seconds)
+    return Candidate(method, (), Measured(degrees, degrees, min(degrees / 2, ELSEWHERE), 0.0), cost, size, seconds)
 
 
 def random_scene(rng, reflectors: int) -> tuple[list[Seen], list[list[Candidate]]]:

@@ -26,8 +26,6 @@ DEVIATIONS = 2.0  # standard ones, of the share of rays that a sample tells: one
 class Measured:
     """Errors of a bundle of rays, in a goal's unit."""
 
-    rays: int
-    median: float
     p95: float  # what PROMISED of the rays keep within
     promised: float  # the same, for other rays of the kind: not exceeded by DEVIATIONS of what so many rays can tell
     mean: float  # each at most ELSEWHERE
@@ -55,7 +53,7 @@ def ray_errors(answer: Answer, truth: Hits, rays: Rays) -> np.ndarray:
 def measured(error: np.ndarray, unit: str = "degrees") -> Measured:
     """Of in_unit's errors; nothing is wrong with no ray."""
     if not len(error):
-        return Measured(0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return Measured(0.0, 0.0, 0.0, 0.0)
     safe = min(PROMISED + DEVIATIONS * np.sqrt(PROMISED * (1 - PROMISED) / len(error)), 1.0)
-    median, p95, promised = np.percentile(error, (50, 100 * PROMISED, 100 * safe))
-    return Measured(len(error), float(median), float(p95), float(promised), float(np.minimum(error, ELSEWHERE).mean()), float(np.mean(error >= WRONG[unit])))
+    p95, promised = np.percentile(error, (100 * PROMISED, 100 * safe))
+    return Measured(float(p95), float(promised), float(np.minimum(error, ELSEWHERE).mean()), float(np.mean(error >= WRONG[unit])))
