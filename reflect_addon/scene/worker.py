@@ -36,6 +36,7 @@ class BakeState:
     running: bool = True
     folders: tuple[str, ...] = ()  # the assets that were written, once it is done
     error: ReflectError | None = None  # why it ended without being done; Cancelled when the user stopped it
+    crashed: bool = False  # a signal ended it that nobody asked for
 
 
 class Worker:
@@ -105,6 +106,7 @@ class Worker:
             message="Done" if error is None else str(error),
             folders=tuple(map(str, folders)),
             error=error,
+            crashed=code < 0 and error is not None and not isinstance(error, Cancelled),
         )
         shutil.rmtree(self._scratch, ignore_errors=True)
         atexit.unregister(self.stop)

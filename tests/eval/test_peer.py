@@ -1,6 +1,8 @@
 """EEVEE's own picture as a row: what is asked for, kept, said and refused. EEVEE itself draws only in the slow tests."""
 
 import json
+import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -208,6 +210,26 @@ def test_a_process_that_fails_or_is_cancelled_leaves_nothing(tiny, tmp_path):
     with pytest.raises(Cancelled):
         eevee_apart.draw_apart(job, folder, stop)
     assert list(folder.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals end processes elsewhere")
+@pytest.mark.parametrize(("crashes", "goes_well"), ((1, True), (2, False)))
+def test_a_process_that_crashes_is_started_once_more(tiny, tmp_path, monkeypatch, crashes, goes_well):
+    job = Job("tiny", "Camera", 1, (8, 8), 1, 256, (), (), (), (), peer.SETTINGS)
+    said, started = [], []
+
+    def command(_blend, _verb, _arguments):
+        started.append(1)
+        ends = "import os; os.kill(os.getpid(), 11)" if len(started) <= crashes else f"open({str(tmp_path / 'said.json')!r}, 'w').write('{{}}'); print('{{\"done\": []}}')"
+        return [sys.executable, "-c", ends], dict(os.environ)
+
+    monkeypatch.setattr(eevee_apart, "reflect_command", command)
+    if goes_well:
+        assert eevee_apart.draw_apart(job, tmp_path, lambda share, text: said.append(text)) == {}
+    else:
+        with pytest.raises(ReflectError, match="signal 11"):
+            eevee_apart.draw_apart(job, tmp_path, lambda share, text: said.append(text))
+    assert len(started) == 2 and any("once more" in text and "signal 11" in text for text in said)
 
 
 # --- in this process, without drawing
