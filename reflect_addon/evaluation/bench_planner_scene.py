@@ -3,6 +3,7 @@
 Everything glows or mirrors: what a plan is judged by is where things are seen, and that needs no light.
 """
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +15,9 @@ from ..scene.camera import camera_of
 from ..scene.raymap_numpy import ray_mapper
 from ..scene.snapshot import take_snapshot
 from .bench_mirrors_scene import look, material, new_file
+from .bench_yu_scene import SAMPLES
 
+MODELS = ("cornell-box", "vr-gallery.glb")
 LEAST_ROOM, LARGEST_ROOM = 2.5, 8.0  # m, a side
 MOST_THINGS, MOST_MIRRORS = 12, 4
 TURNS, LEAST_SEEN = 20, 8  # rooms that are tried; pixels of 64 x 64
@@ -71,8 +74,10 @@ def _seen(scene: bpy.types.Scene) -> bool:
 
 
 def crowd(seed: int = 3) -> bpy.types.Scene:
-    """A hall of ten mirrors among forty things."""
-    return _room(np.random.default_rng(seed), 2 * LARGEST_ROOM, 10, 40)
+    """A hall of ten mirrors among forty things, without a camera: all ten are seen, from anywhere."""
+    scene = _room(np.random.default_rng(seed), 2 * LARGEST_ROOM, 10, 40)
+    scene.camera = None
+    return scene
 
 
 def _room(rng, size: float, mirrors: int, things: int) -> bpy.types.Scene:
@@ -117,13 +122,21 @@ def _place(rng, room, kinds, name: str, surface, beside=None) -> None:
         bpy.ops.object.shade_smooth_by_angle()
 
 
+def interiors() -> tuple[list[Path], list[str]]:
+    """(models of interiors that are beside the checkout or in REFLECT_SHARED, names of those that are not)."""
+    folders = [Path(f) / "models" for f in (os.environ.get("REFLECT_SHARED"), SAMPLES.parents[1] / "shared") if f]
+    found = {name: next((f / name for f in folders if (f / name).exists()), None) for name in MODELS}
+    return [path for path in found.values() if path], [name for name, path in found.items() if not path]
+
+
 def interior(path: Path) -> bpy.types.Scene:
-    """A model of an interior with a mirror ball in its middle, seen from beside."""
+    """A model of an interior, a file or a folder of parts, with a mirror ball in its middle, seen from beside."""
     scene = new_file()
-    if path.suffix == ".obj":
-        bpy.ops.wm.obj_import(filepath=str(path))
-    else:
-        bpy.ops.import_scene.gltf(filepath=str(path))
+    for part in sorted(path.glob("*.obj")) if path.is_dir() else [path]:
+        if part.suffix == ".obj":
+            bpy.ops.wm.obj_import(filepath=str(part))
+        else:
+            bpy.ops.import_scene.gltf(filepath=str(part))
     bpy.context.view_layer.update()
     corners = np.array([o.matrix_world @ Vector(c) for o in scene.objects if o.type == "MESH" for c in o.bound_box])
     low, high = corners.min(0), corners.max(0)

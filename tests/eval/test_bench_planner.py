@@ -4,7 +4,6 @@ from functools import partial
 
 import numpy as np
 
-from reflect_addon.evaluation import bench_planner
 from reflect_addon.evaluation.bench import Target
 from reflect_addon.evaluation.bench_planner import Answered, Judged, exhibit_of, judged, planning_row, told
 from reflect_addon.evaluation.bench_planner_scene import crowd, random_room
@@ -50,9 +49,9 @@ def test_rooms_are_made_again_the_same_and_differ(fresh_file):
         assert len(snapshot.reflectors()) == 10 and len(snapshot.instances) == 56
 
 
-def test_a_room_is_judged(fresh_file, tmp_path, monkeypatch):
-    monkeypatch.setattr(bench_planner, "BAKE", {"resolution": 32, "texels": 32, "view_texels": 16, "views": 4, "turns": 12, "samples": 1, "sky_error": 0})
-    found = judged("room", random_room(3), tmp_path, lambda share, text: None)
+def test_a_room_is_judged(fresh_file, tmp_path):
+    bake = {"resolution": 32, "texels": 32, "view_texels": 16, "views": 4, "turns": 12, "samples": 1, "sky_error": 0}
+    found = judged("room", random_room(3), tmp_path, lambda share, text: None, bake)
     names = [one.name for one in found.singles]
     assert names[0] == "environment" and abs(found.singles[0].cost - 1) < 1e-9 and "depth_maps" in names
     assert all(len(one.errors) == len(found.best.errors) > 0 for one in (*found.singles, found.enough))
