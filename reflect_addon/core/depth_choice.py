@@ -5,6 +5,8 @@ optimizing the placement". Every candidate view is judged by which of the met po
 added while they see a share of points that no other does.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .depth_camera import DepthCamera, fit
@@ -31,25 +33,36 @@ SELF = 0.003
 
 
 def views_for(job: BakeJob, volumes: tuple[str, ...]) -> list[DepthView]:
-    """The views of every volume (names of instances), and of the reflector where its own rays meet it."""
+    """The views of every volume (names of instances), and of the reflector where its own rays meet it. What does not depend on how many there are is worked
+    out once for all bakes of a run (job.shared): a plan makes a dozen of the same reflector."""
     by_name = {i.name: i for i in job.scene.instances}
     lamps = {i.name: i for i in job.scene.lamps}
     if not volumes and not job.settings["self_reflections"]:
         return []
-    rays, hits = reflected(job)
+
+    def once(what: tuple, make: Callable[[], object]):
+        key = (views_for, job.reflector.name, *what)
+        if key not in job.shared:
+            job.shared[key] = make()
+        return job.shared[key]
+
+    rays, hits = once((), lambda: reflected(job))
     views: list[DepthView] = []
     wanted = [by_name.get(name) or lamps[name] for name in volumes]
     points = {i.name: (hits.position[met], hits.normal[met]) for i in wanted for met in [_met(job, i, hits)]}
-    if rare := [i for i in wanted if len(points[i.name][0]) < TELLING]:
-        _, more = aimed(job, rare)
+    rare = [i for i in wanted if len(points[i.name][0]) < TELLING]
+    told = tuple(i.name for i in rare)
+    if rare:
+        _, more = once(told, lambda: aimed(job, rare))
         points |= {i.name: (more.position[met], more.normal[met]) for i in rare for met in [_met(job, i, more)]}
+    maps = int(job.settings["maps"])
     for instance in wanted:
-        views += [DepthView(instance.name, c) for c in chosen(job, instance, *points[instance.name])]
+        which = ("cameras", instance.name, maps, told if instance.name in told else ())
+        views += [DepthView(instance.name, c) for c in once(which, lambda i=instance: chosen(job, i, *points[i.name]))]
     met = _met(job, job.reflector, hits)
     if job.settings["self_reflections"] and len(rays) and np.mean(met) > SELF:
-        points = hits.position[met], hits.normal[met]
-        detail = int(job.settings["self_detail"])
-        views += [DepthView(job.reflector.name, c, own=True, detail=detail) for c in chosen(job, job.reflector, *points)]
+        cameras = once(("cameras", job.reflector.name, maps, ()), lambda: chosen(job, job.reflector, hits.position[met], hits.normal[met]))
+        views += [DepthView(job.reflector.name, c, own=True, detail=int(job.settings["self_detail"])) for c in cameras]
     return views
 
 

@@ -24,7 +24,7 @@ class BakeJob:
     intersect: Callable[..., np.ndarray]
     settings: dict[str, object]
     required: dict[str, Asset] = field(default_factory=dict)  # kind -> asset of the same reflector (REQUIRES)
-    shared: dict = field(default_factory=dict)  # what all reflectors of one bake have in common (flat billboards, a bare sky)
+    shared: dict = field(default_factory=dict)  # what bakes of one run have in common (flat billboards, a bare sky, which views a reflector needs)
     together: tuple[Instance, ...] = ()  # with the setting `shared`: all reflectors of the bake, which one asset is for
     # bounds(instance) -> (low, high), each (3,) float64 world, of its whole way over the scene's frames
     bounds: Callable[[Instance], tuple[np.ndarray, np.ndarray]] | None = None

@@ -20,7 +20,7 @@ and may have
                                                  name, with these settings, and `trace` answers what it does not draw
     EFFORT: float                                about what an answer costs, in look-ups of an environment map: plans try methods in
                                                  this order (core/planning/); 1 where it is not given
-    SHOWS_ITSELF: bool                           whether a reflector's rays that meet it again see it; False where it is not given
+    SHOWS_ITSELF: str                            the setting that says whether a reflector's rays that meet it again see it; they do not where it is not given
     VARIANTS: tuple[tuple[float, dict], ...]     settings that plans try beside those asked for, and the effort of each
     needless(tried, own) -> str                  why it shows nothing better than what a plan has tried (kind -> asset), as a sentence's end, or "";
                                                  own: whether the reflector's rays meet itself

@@ -39,7 +39,7 @@ from . import billboards
 NAME = "depth_maps"
 LABEL = "Depth Maps"
 REQUIRES = ()
-EFFORT, SHOWS_ITSELF = 60.0, True
+EFFORT, SHOWS_ITSELF = 60.0, "self_reflections"
 # Settings that a plan tries, too, from cheap to dear: (effort, what differs).
 VARIANTS = (
     (10.0, {"self_reflections": False, "maps": 1, "points": 8, "order": 2, "refine": False}),

@@ -118,7 +118,7 @@ class Trial:
                 why = "a cheaper one keeps the tolerance"
             elif effort > CHEAP and self._is_small():
                 why = "the reflector covers too little of the picture"
-            elif effort > CHEAP and blind and not getattr(methods.get(method), "SHOWS_ITSELF", False):
+            elif effort > CHEAP and blind and not _shows_itself(method, self._asked(method) | dict(changes)):
                 why = f"{own_share:.0%} of the rays meet the reflector itself, which it does not show"
             if why:
                 yield Candidate(method, changes, pruned=why)
@@ -205,6 +205,10 @@ def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object
     """The settings of a try."""
     sides = {name: max(int(asked[name]) // coarser, min(LEAST, int(asked[name]))) for name in SIDES if name in asked}
     return {**asked, **sides, **{name: value for name, value in PLAIN.items() if name in asked}}
+
+
+def _shows_itself(method: str, settings: dict[str, object]) -> bool:
+    return bool(settings.get(getattr(methods.get(method), "SHOWS_ITSELF", ""), False))
 
 
 def _share(sample: Sample, name: str) -> float:
