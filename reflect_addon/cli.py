@@ -117,6 +117,7 @@ def parser() -> argparse.ArgumentParser:
     bench = verbs.add_parser("bench", help="the papers' targets and the numerical stability, measured")
     bench.add_argument("which", choices=("popescu", "yu", "nielsen", "estalella", "planner", "eevee", "eevee-overlay", "eevee-farm", "stability", "all"))
     bench.add_argument("--out", type=Path, required=True, metavar="DIR")
+    bench.add_argument("--only", default="", metavar="SCENES", help="of planner and eevee, which take hours, these scenes, separated by commas")
 
     # Without help text: for evaluate alone, which calls it on a copy of the file.
     draw = verbs.add_parser("draw-eevee", description="Draw a job of evaluate's with EEVEE.")

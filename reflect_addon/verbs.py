@@ -148,7 +148,7 @@ def bench(arguments) -> None:
     from .evaluation.bench_table import text
 
     check_folder(arguments.out)
-    for path in measure(arguments.which, arguments.out, _progress(arguments)):
+    for path in measure(arguments.which, arguments.out, _progress(arguments), tuple(filter(None, arguments.only.split(",")))):
         _print(arguments, text(path))
         _print(arguments, path)
 

@@ -4,6 +4,7 @@ paper: it writes DIR/stability.json (stability.py). What rows cannot show is in 
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 from ..core.errors import ReflectError
@@ -70,6 +71,8 @@ PAPERS: dict[str, tuple[Callable, ...]] = {
 
 # No papers but issues 8 and 7, each up to an hour and more: `all` leaves them out.
 ALONE = ("planner", "eevee", "eevee-overlay", "eevee-farm")
+# Those that can be measured scene by scene: measure(progress, only).
+SCENES_OF = {"planner": bench_planner.NAMES, "eevee": tuple(case.name for case in bench_eevee.CASES)}
 
 
 @dataclass(frozen=True)
@@ -84,8 +87,12 @@ class Target:
     how: str  # one sentence
 
 
-def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> list[Path]:
-    """Measures one paper's targets, the numerical stability, or all there is; returns the paths of what it wrote in out."""
+def bench(which: str, out: Path, progress: Callable[[float, str], object], only: tuple[str, ...] = ()) -> list[Path]:
+    """Measures one paper's targets, the numerical stability, or all there is; returns the paths of what it wrote in out. only: names of scenes, for SCENES_OF."""
+    if only and which not in SCENES_OF:
+        raise ReflectError(f"{which} has no scenes to choose among.", f"Leave --only out, or measure one of: {', '.join(SCENES_OF)}.")
+    if unknown := set(only) - set(SCENES_OF.get(which, ())):
+        raise ReflectError(f"{which} has no scene named {', '.join(sorted(unknown))}.", f"Choose among: {', '.join(SCENES_OF[which])}.")
     papers = [name for name in PAPERS if name not in ALONE] if which == "all" else [which] if which != STABILITY else []
     missing = [name for name in papers if name not in PAPERS]
     if missing:
@@ -95,14 +102,14 @@ def bench(which: str, out: Path, progress: Callable[[float, str], object]) -> li
         )
     written = []
     if papers:
-        written += _targets(papers, Path(out), progress)
+        written += _targets(papers, Path(out), progress, only)
     if which in (STABILITY, "all"):
         written.append(stability.write(stability.measure(progress), Path(out)))
     return written
 
 
-def _targets(papers: list[str], out: Path, progress) -> list[Path]:
-    parts = [measure for name in papers for measure in PAPERS[name]]
+def _targets(papers: list[str], out: Path, progress, only: tuple[str, ...]) -> list[Path]:
+    parts = [partial(measure, only=only) if only else measure for name in papers for measure in PAPERS[name]]
     rows, exhibits = [], []
     for number, measure in enumerate(parts):
 

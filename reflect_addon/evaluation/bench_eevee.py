@@ -55,14 +55,15 @@ class Found:
         return min(fast or self.ours, key=lambda line: line.flip, default=None), theirs
 
 
-def measure(progress) -> list:
+def measure(progress, only: tuple[str, ...] = ()) -> list:
     """Rows for targets.json, and an Exhibit for each case. A case whose process fails is told in the rows, which then do not hold: others took an hour. What each
-    case came to is told as it is known."""
+    case came to is told as it is known. only: names of cases, all by default."""
     found, failed = [], {}
+    cases = [case for case in CASES if not only or case.name in only]
     with temporary_folder("reflect-bench-") as folder:
-        for number, case in enumerate(CASES):
+        for number, case in enumerate(cases):
             case = replace(case, bake=case.bake | case.fast)
-            say = lambda s, t, n=number, c=case: progress((n + s) / len(CASES), f"EEVEE, {c.name}: {t}")
+            say = lambda s, t, n=number, c=case: progress((n + s) / len(cases), f"EEVEE, {c.name}: {t}")
             try:
                 one = _drawn(case, folder, say)
             except Cancelled:

@@ -27,7 +27,7 @@ from ..scene.auto import bake_auto
 from ..scene.bake import bake_assets
 from ..scene.load import load_assets, plan_in
 from ..scene.views import jobs_without_light, views_of
-from .bench_planner_scene import crowd, interior, interiors, random_room
+from .bench_planner_scene import MODELS, crowd, interior, interiors, random_room
 from .bench_row import row
 from .bench_yu_scene import SAMPLES
 from .exhibit import Exhibit
@@ -37,7 +37,8 @@ BAKE = {"resolution": 128, "texels": 128, "view_texels": 64, "samples": 1, "sky_
 COARSE = {**BAKE, "resolution": 64, "texels": 64, "view_texels": 32}  # of scenes of ten reflectors and more, which eight methods bake
 TOLERANCE = 1.0  # degrees
 ROOMS = 10
-NAMES = ("contact", "columns", "teapots", "kitchen")
+SAMPLE_NAMES = ("contact", "columns", "teapots", "kitchen")
+NAMES = (*SAMPLE_NAMES, *(Path(name).stem for name in MODELS), "crowd", *(f"room {seed}" for seed in range(ROOMS)))
 MANY = ("kitchen",)
 LIT = ("contact", "columns", "teapots")  # baked with light, too
 MOST_ERROR, HALF_COST, KEPT, PROMISES, MOST_PLANNING = 1.1, 0.5, 0.9, 1.5, 0.1  # the issue's
@@ -82,18 +83,20 @@ class Judged:
         return self.enough.cost / min(keep) if keep and self.enough.keeps(TOLERANCE) else None
 
 
-def measure(progress, names: tuple[str, ...] | None = None, rooms: int = ROOMS) -> list:
-    """Rows for targets.json, and an Exhibit."""
+def measure(progress, only: tuple[str, ...] = NAMES) -> list:
+    """Rows for targets.json, and an Exhibit. only: names of scenes."""
     found = []
     with temporary_folder("reflect-planner-") as folder:
-        scenes = list(_scenes(names, rooms))
+        scenes = [scene for scene in _scenes() if scene[0] in only]
+        if not scenes:
+            raise ReflectError(f"{', '.join(only)} is not here.", "Name the folder of the shared models in REFLECT_SHARED.")
         for number, (name, make, bake) in enumerate(scenes):
             say = lambda share, text, n=number, name=name: progress((n + share) / len(scenes), f"planner, {name}: {text}")
             found.append(one := judged(name, make(), folder / f"scene{number}", say, bake))
             error, cost = one.against_best()
             say(1.0, f"{error:.2f} of the best method's error at {cost:.2f} of its cost; planned in {one.planning:.1f} s")
-        ratios = {name: planning_share(_sample(name), folder / name, say) for name in LIT}
-    return [*told(found), planning_row(ratios), exhibit_of(found)]
+        ratios = {name: planning_share(_sample(name), folder / name, say) for name in LIT if name in only}
+    return [*told(found), *([planning_row(ratios)] if ratios else []), exhibit_of(found)]
 
 
 def planning_share(scene: bpy.types.Scene, folder: Path, say) -> float:
@@ -109,15 +112,14 @@ def planning_row(ratios: dict[str, float]) -> dict:
                f"Time of planning over that of the bake that it plans, {TOLERANCE:g} degrees, the methods' own settings: " + ", ".join(f"{name} {r:.3f}" for name, r in ratios.items()) + ".")  # fmt: skip
 
 
-def _scenes(names: tuple[str, ...] | None, rooms: int) -> Iterator[tuple[str, Callable[[], bpy.types.Scene], dict]]:
+def _scenes() -> Iterator[tuple[str, Callable[[], bpy.types.Scene], dict]]:
     """(name, what makes it, settings of its bakes)."""
-    for name in NAMES if names is None else names:
+    for name in SAMPLE_NAMES:
         yield name, partial(_sample, name), COARSE if name in MANY else BAKE
-    if names is None:
-        for path in interiors()[0]:
-            yield path.stem, partial(interior, path), BAKE
-        yield "crowd", crowd, COARSE
-    for seed in range(rooms):
+    for path in interiors()[0]:
+        yield path.stem, partial(interior, path), BAKE
+    yield "crowd", crowd, COARSE
+    for seed in range(ROOMS):
         yield f"room {seed}", partial(random_room, seed), BAKE
 
 

@@ -47,6 +47,18 @@ def test_a_damaged_file_is_a_sentence(tmp_path, content):
         report([tmp_path], tmp_path / "out")
 
 
+def test_scenes_are_chosen_where_there_are_any(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(bench, "PAPERS", {"eevee": (lambda progress, only=(): asked.append(only) or [],)})
+    bench.bench("eevee", tmp_path, print, ("columns", "box room"))
+    bench.bench("eevee", tmp_path, print)
+    assert asked == [("columns", "box room"), ()]
+    for which, only, word in (("eevee", ("attic",), "box room"), ("yu", ("columns",), "--only")):
+        with pytest.raises(ReflectError) as caught:
+            bench.bench(which, tmp_path, print, only)
+        assert word in caught.value.remedy
+
+
 def test_a_paper_without_methods_is_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr(bench, "PAPERS", {"popescu": (lambda progress: [],)})
     with pytest.raises(ReflectError, match="nielsen"):
