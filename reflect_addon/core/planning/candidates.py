@@ -37,6 +37,7 @@ LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 PATHS = 4e5  # Cycles' paths a second on two cores
 
 Changes = tuple[tuple[str, object], ...]  # settings in which a stand-in differs from what is asked for, by name
+_Key = tuple[str, Changes, int]  # what is tried: a method, its changes, how many times coarser
 
 
 @dataclass(frozen=True)
@@ -86,10 +87,11 @@ class Trial:
 
     def __init__(self, seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = ""):
         self.seen, self._job, self._asked, self._goal, self._only = seen, job, asked, goal, only
-        self._assets: dict[tuple[str, Changes], Asset] = {}
-        self._paths: dict[tuple[str, Changes], float] = {}
-        self._errors: dict[tuple[str, Changes], np.ndarray] = {}
-        self._base, self._coarser = 0.0, COARSER
+        self._assets: dict[_Key, Asset] = {}
+        self._paths: dict[_Key, float] = {}
+        self._errors: dict[_Key, np.ndarray] = {}
+        self._tried: dict[_Key, Candidate] = {}
+        self._base = 0.0
         self.unmet: tuple[str, ...] = ()  # names of objects that none of its rays meets
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
@@ -106,12 +108,12 @@ class Trial:
         alone = self._only or (environment.NAME if enough else "")
         met = set() if alone == environment.NAME else met_by(self._job, self.seen)
         self.unmet = tuple(sorted({i.object_name for i in (*self._job.scene.instances, *self._job.scene.lamps)} - met - {self.seen.reflector.object_name}))
-        self._base = max(work_of(self._measured(environment.NAME, ())[1]), 1.0)
+        self._base = max(work_of(self._measured((environment.NAME, (), COARSER))[1]), 1.0)
         own_share = _share(self.seen.planned, self.seen.reflector.object_name)
         blind = self._goal.tolerance > 0 and own_share > 1 - PROMISED
         own, held, tried = self.seen.reflector.object_name in met, False, []
         for effort, method, changes in ladder():
-            why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, _), asset in self._assets.items()}, own)
+            why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, *_), asset in self._assets.items()}, own)
             if alone and method != alone:
                 why = f"{self._only} was chosen by hand" if self._only else enough
             elif held:
@@ -151,8 +153,9 @@ class Trial:
         """The stand-in whose round things are quads where a quad is good enough; None where that is nothing new."""
         if QUADS not in methods.get(one.method).DEFAULTS:
             return None
-        volumes = {p.instance for p in self._assets[one.method, one.changes].parts if p.kind == "map"}
-        flat = next(((c.method, c.changes) for c in tried if any(p.kind == "volume" for p in self._assets[c.method, c.changes].parts)), None)
+        volumes = {p.instance for p in self._assets[one.method, one.changes, COARSER].parts if p.kind == "map"}
+        keys = ((c.method, c.changes, COARSER) for c in tried)
+        flat = next((key for key in keys if any(p.kind == "volume" for p in self._assets[key].parts)), None)
         if not volumes or flat is None:
             return None
         truth, named = self.seen.planned.truth, self._job.scene.named()
@@ -166,21 +169,24 @@ class Trial:
         return (one.method, tuple(sorted({**dict(one.changes), QUADS: tuple(chosen)}.items()))) if chosen else None
 
     def tried(self, method: str, changes: Changes, coarser: int = COARSER) -> Candidate:
-        if coarser != self._coarser:
-            self._coarser, self._assets = coarser, {}
-        errors, counts = self._measured(method, changes)
-        keys = [(kind, changes if kind == method else ()) for kind in methods.with_required((method,))]
-        size = sum(_grown(self._assets[key], coarser) for key in keys)
-        seconds = sum(self._paths[key] for key in keys) / PATHS
-        return Candidate(method, changes, errors, work_of(counts) / self._base, size, seconds)
+        key = method, changes, coarser
+        if key not in self._tried:
+            errors, counts = self._measured(key)
+            needed = [(kind, changes if kind == method else (), coarser) for kind in methods.with_required((method,))]
+            size = sum(_grown(self._assets[k], coarser) for k in needed)
+            seconds = sum(self._paths[k] for k in needed) / PATHS
+            self._tried[key] = Candidate(method, changes, errors, work_of(counts) / self._base, size, seconds)
+        return self._tried[key]
 
-    def _measured(self, method: str, changes: Changes) -> tuple[Measured, Counts]:
-        own, *others = [self._asset(kind, changes if kind == method else ()) for kind in reversed(methods.with_required((method,)))]
-        self._errors[method, changes], counts = errors_of(own.joined(*others), self.seen.planned, self._goal.unit)
-        return measured(self._errors[method, changes], self._goal.unit), counts
+    def _measured(self, key: _Key) -> tuple[Measured, Counts]:
+        method, changes, coarser = key
+        own, *others = [self._asset((kind, changes if kind == method else (), coarser)) for kind in reversed(methods.with_required((method,)))]
+        self._errors[key], counts = errors_of(own.joined(*others), self.seen.planned, self._goal.unit)
+        return measured(self._errors[key], self._goal.unit), counts
 
-    def _asset(self, kind: str, changes: Changes) -> Asset:
-        if (kind, changes) not in self._assets:
+    def _asset(self, key: _Key) -> Asset:
+        if key not in self._assets:
+            kind, changes, coarser = key
             asked, rays = {**self._asked(kind), **dict(changes)}, 0
 
             def traced(bundle, hide=(), samples=1, **more):
@@ -188,10 +194,10 @@ class Trial:
                 rays += len(bundle) * samples
                 return self._job.trace(bundle, hide, samples, **more)
 
-            required = {k: self._asset(k, ()) for k in methods.get(kind).REQUIRES}
-            self._assets[kind, changes] = methods.get(kind).bake(replace(self._job, trace=traced, settings=coarse(asked, self._coarser), required=required))
-            self._paths[kind, changes] = rays * self._coarser**2 * int(asked.get("samples", 1))
-        return self._assets[kind, changes]
+            required = {k: self._asset((k, (), coarser)) for k in methods.get(kind).REQUIRES}
+            self._assets[key] = methods.get(kind).bake(replace(self._job, trace=traced, settings=coarse(asked, coarser), required=required))
+            self._paths[key] = rays * coarser**2 * int(asked.get("samples", 1))
+        return self._assets[key]
 
 
 def errors_of(asset: Asset, sample: Sample, unit: str = "degrees") -> tuple[np.ndarray, Counts]:
