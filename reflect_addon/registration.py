@@ -19,7 +19,7 @@ from .ops import (
     use_in_materials,
 )
 from .scene import handlers, live, properties
-from .ui import map_preview, method_settings, native, panel, preferences, settings
+from .ui import map_preview, method_settings, native, overlays, panel, preferences, settings
 from .ui import plan as plan_panel
 
 CLASSES = (
@@ -40,6 +40,7 @@ CLASSES = (
     panel.REFLECT_PT_main,
     plan_panel.REFLECT_PT_plan,
     native.REFLECT_PT_native,
+    overlays.REFLECT_PT_overlays,
     panel.REFLECT_PT_found,
     panel.REFLECT_PT_settings,
     panel.REFLECT_PT_advanced,

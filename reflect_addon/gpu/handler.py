@@ -14,6 +14,8 @@ from ..core.background import background_of
 from ..scene.camera import viewport_camera
 from ..scene.viewport_source import shading_of, why_not
 from . import session as viewport_session
+from .heat import PAUSE, ViewHeat
+from .heat_legend import draw_legend
 from .program import forget_programs
 from .viewport_views import ViewportViews, is_drawing
 
@@ -42,6 +44,7 @@ def draw(context) -> bool:
             behind = background_of(renderer.assets, renderer.snapshot, camera) if found.background else None
             renderer.mirrors.viewport = _views_of(found, context)
             renderer.draw_overlay(camera, DEPTH_BIAS, behind)
+            _draw_heat(found, renderer, camera, context)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
         _give_up(found, error)
     return behind is not None
@@ -50,6 +53,17 @@ def draw(context) -> bool:
 def _give_up(found, error: Exception):
     found.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
     traceback.print_exc()
+
+
+def _draw_heat(found, renderer, camera, context):
+    """The map of errors of this 3D view, as far as it is known."""
+    if not found.shows_error:
+        found.heats.clear()
+        return
+    heat = found.heats.setdefault(context.region.as_pointer(), ViewHeat())
+    heat.draw(renderer, camera, DEPTH_BIAS)
+    if not heat.settled and not bpy.app.timers.is_registered(_measure):
+        bpy.app.timers.register(_measure, first_interval=PAUSE)
 
 
 def _views_of(found, context) -> ViewportViews | None:
@@ -92,6 +106,8 @@ def _on_drawn():
     """Blender has drawn a 3D view: now it may draw what the view's mirrors show."""
     context = bpy.context
     found = viewport_session.session(context.scene.name)
+    if found is not None and found.heats and not found.message and not is_drawing() and has_surfaces(context.space_data):
+        draw_legend()
     views = found.views.get(context.region.as_pointer()) if found is not None and not found.message else None
     if views is None or is_drawing():
         return
@@ -115,6 +131,24 @@ def _refresh():
     if any([s.refresh() | s.unsettled for s in viewport_session.sessions()]):
         for area, _region in _viewports():
             area.tag_redraw()
+
+
+def _measure() -> float | None:
+    """A turn of measuring in the 3D views that show errors; a view that has to be drawn first starts it again."""
+    shown = [s for s in viewport_session.sessions() if s.shows_error and not s.message]
+    open_now = {region.as_pointer(): area for area, region in _viewports()}
+    busy = False
+    for found in shown:
+        for gone in found.heats.keys() - open_now.keys():
+            del found.heats[gone]
+        for region, heat in found.heats.items():
+            try:
+                if heat.work():
+                    open_now[region].tag_redraw()
+            except Exception as error:  # as in draw
+                _give_up(found, error)
+            busy |= not heat.settled and not heat.due
+    return PAUSE if busy else None
 
 
 def refresh_soon():
@@ -168,7 +202,8 @@ def unregister():
     for handlers, function in _APP_HANDLERS:
         if function in handlers:
             handlers.remove(function)
-    if bpy.app.timers.is_registered(_refresh):
-        bpy.app.timers.unregister(_refresh)
+    for timer in (_refresh, _measure):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
     viewport_session.end_all()
     forget_programs()

@@ -6,6 +6,7 @@ after that uploads and compiles nothing.
 
 from collections.abc import Callable
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from .device import ensure
 from .follow import Followed, Followers
 from .level_targets import Seen
 from .levels import Levels
+from .program import Program
 from .raymap import RayMapPass
 from .resolve import Resolve, ResolvePlan
 from .resolve_tables import LookTexture, MaterialTable
@@ -155,6 +157,16 @@ class Renderer:
             self._draw_rays(camera)
             return self._rays.read(self.reflector_names, self._counts)
 
+    def coarse_ray_map(self, camera: Camera, step: int) -> RayMap:
+        """The rays of every step-th pixel along each side, read back; what is kept for whole pictures stays as it is."""
+        width, height = -(-camera.width // step), -(-camera.height // step)
+        whole = replace(camera.part(0, 0, step * width, step * height), width=width, height=height)
+        target = RayMapTarget(width, height, self._counts)
+        with drawing_state() as gpu:
+            self._view.set(whole)
+            self._raymap.draw(self._view, target, gpu)
+            return target.read(self.reflector_names, self._counts)
+
     @contextmanager
     def _footprints(self, wanted: bool):
         """Whether pixels' rays have any."""
@@ -212,15 +224,24 @@ class Renderer:
             if background is not None:
                 gpu.state.depth_test_set("NONE")
                 self._resolve.draw_background(self._batch, self._rays, answers, self._look)
-            gpu.state.depth_test_set("LESS_EQUAL")
             if self._raymap.sections:
-                self._raymap.draw_sections(
-                    self._view,
-                    self._resolve.overlay_program(),
-                    lambda shader: self._resolve.bind_overlay(
-                        shader, self._rays, answers, self._materials, self._look
-                    ),
+                self._draw_surfaces(
+                    gpu, self._resolve.overlay_program(), lambda shader: self._resolve.bind_overlay(shader, self._rays, answers, self._materials, self._look)
                 )
+
+    def draw_surfaces(self, camera: Camera, depth_bias: float, shader: Program, bind: Callable[[Program], object]):
+        """The reflectors again, into the framebuffer that is bound and against its depth, by a program of raymap.surface_info's; bind sets
+        what it needs besides."""
+        with drawing_state() as gpu:
+            self._view.set(camera, depth_bias)
+            gpu.state.depth_mask_set(False)
+            gpu.state.face_culling_set("NONE")
+            gpu.state.blend_set("ALPHA_PREMULT")
+            self._draw_surfaces(gpu, shader, bind)
+
+    def _draw_surfaces(self, gpu, shader: Program, bind: Callable[[Program], object]):
+        gpu.state.depth_test_set("LESS_EQUAL")
+        self._raymap.draw_sections(self._view, shader, bind)
 
     def _draw_rays(self, camera: Camera, background: Asset | None = None):
         if self._rays is None or (self._rays.width, self._rays.height) != (camera.width, camera.height):

@@ -11,6 +11,7 @@ from ..core.asset import Asset
 from ..core.errors import ReflectError
 from ..core.look import Look
 from ..core.snapshot import SceneSnapshot
+from .heat import ViewHeat
 from .renderer import Renderer, registered_kernel
 from .viewport_views import ViewportViews
 
@@ -27,6 +28,8 @@ class ViewportSession:
     attenuation: float | None = None  # half distance, m
     mirrors_viewport: bool = False  # planar mirrors show the viewport's own shading, where they can
     views: dict[int, ViewportViews] = field(default_factory=dict)  # by the address of a 3D view's region: what its mirrors show of it
+    shows_error: bool = False  # a map of errors lies over the picture, once it is measured
+    heats: dict[int, ViewHeat] = field(default_factory=dict)  # by the address of a 3D view's region: its map
     background: bool = False  # draw the background from the assets, too, where one holds the view's eye
     kernel: Callable[[str], Callable] = registered_kernel
     dirty: bool = True  # the scene changed since the last refresh
@@ -99,6 +102,7 @@ class ViewportSession:
     def free(self):
         """Let go of the GPU's memory; the next refresh starts anew."""
         self.keep_views(())
+        self.heats = {}
         if self._renderer is not None:
             self._renderer.free()
         self._renderer, self._pending, self.dirty = None, None, True

@@ -54,6 +54,7 @@ class Live:
         self.bake_error = ""
         self.read_error = ""
         self.draw_error: Callable[[], str] = str  # why the viewport stopped drawing, "" while all is well
+        self.heat_of: Callable[[int], object | None] = lambda region: None  # the map of errors (gpu/heat.py) of a 3D view, by its region's address
 
     def has_nothing_to_bake(self) -> bool:
         """Known to have no reflector; False while nothing is known."""

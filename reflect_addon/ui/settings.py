@@ -58,6 +58,12 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         "For views from inside its cell",
         update=_look_changed,
     )
+    shows_error: bpy.props.BoolProperty(
+        name="Error",
+        description="Colour the reflectors by how far off their reflections are: the way from the point that should be seen to the one that is "
+        "shown, as an angle seen from the reflector. Measured while view and scene rest, coarse first",
+        update=_look_changed,
+    )
     source: bpy.props.EnumProperty(
         name="Mirrors Show",
         description="What planar mirrors show of surfaces. Needs no other bake",

@@ -37,10 +37,11 @@ def _display(scene: bpy.types.Scene, state: live.Live) -> None:
         session.set_session(scene.name, found)
     found.attenuation = scene.reflect.half_distance or None
     found.background = scene.reflect.background
+    found.shows_error = scene.reflect.shows_error
     found.mirrors_viewport = mirror_source.is_viewport(scene.reflect)
     others = found.shows_others(state.method, joined)
     found.set_assets(state.method, joined, state.surfaces)
-    state.draw_error = lambda: found.message
+    state.draw_error, state.heat_of = lambda: found.message, lambda region: found.heats.get(region)
     if others:
         # The driver may compile for seconds, in the first draw: the window says so before it stands still.
         _say(PREPARING)
