@@ -17,6 +17,7 @@ from .ops import (
     refresh,
     remove_from_materials,
     use_in_materials,
+    wipe,
 )
 from .scene import handlers, live, properties
 from .ui import map_preview, method_settings, native, overlays, panel, preferences, settings
@@ -37,6 +38,7 @@ CLASSES = (
     delete_assets.REFLECT_OT_delete_assets,
     plan_preset.REFLECT_OT_plan_preset,
     plan_row.REFLECT_OT_plan_row,
+    wipe.REFLECT_OT_wipe,
     panel.REFLECT_PT_main,
     plan_panel.REFLECT_PT_plan,
     native.REFLECT_PT_native,

@@ -18,6 +18,7 @@ from .heat import PAUSE, ViewHeat
 from .heat_legend import draw_legend
 from .program import forget_programs
 from .viewport_views import ViewportViews, is_drawing
+from .wipe import draw_line, windows
 
 # Blender's own depth of the same surface was computed with other roundings: 1e-7 (Solid) to 3e-4 behind (EEVEE).
 DEPTH_BIAS = 1e-5
@@ -43,8 +44,11 @@ def draw(context) -> bool:
             camera = viewport_camera(context.region, context.region_data)
             behind = background_of(renderer.assets, renderer.snapshot, camera) if found.background else None
             renderer.mirrors.viewport = _views_of(found, context)
-            renderer.draw_overlay(camera, DEPTH_BIAS, behind)
-            _draw_heat(found, renderer, camera, context)
+            left, right = windows(camera.width, camera.height, found.wipe.place) if found.wipe else (None, None)
+            renderer.draw_overlay(camera, DEPTH_BIAS, behind, left)
+            _draw_heat(found, renderer, camera, context, left)
+            if found.other is not None:
+                _draw_other(found.other, camera, right)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
         _give_up(found, error)
     return behind is not None
@@ -55,13 +59,22 @@ def _give_up(found, error: Exception):
     traceback.print_exc()
 
 
-def _draw_heat(found, renderer, camera, context):
+def _draw_other(other, camera, window):
+    """What is right of a wipe's line. It fails by itself."""
+    try:
+        if (renderer := other.current_renderer()) is not None:
+            renderer.draw_overlay(camera, DEPTH_BIAS, window=window)
+    except Exception as error:  # as in draw
+        _give_up(other, error)
+
+
+def _draw_heat(found, renderer, camera, context, window):
     """The map of errors of this 3D view, as far as it is known."""
     if not found.shows_error:
         found.heats.clear()
         return
     heat = found.heats.setdefault(context.region.as_pointer(), ViewHeat())
-    heat.draw(renderer, camera, DEPTH_BIAS)
+    heat.draw(renderer, camera, DEPTH_BIAS, window)
     if not heat.settled and not bpy.app.timers.is_registered(_measure):
         bpy.app.timers.register(_measure, first_interval=PAUSE)
 
@@ -106,8 +119,11 @@ def _on_drawn():
     """Blender has drawn a 3D view: now it may draw what the view's mirrors show."""
     context = bpy.context
     found = viewport_session.session(context.scene.name)
-    if found is not None and found.heats and not found.message and not is_drawing() and has_surfaces(context.space_data):
-        draw_legend()
+    if found is not None and not found.message and not is_drawing() and has_surfaces(context.space_data):
+        if found.heats:
+            draw_legend()
+        if found.wipe is not None:
+            draw_line(context.region, found.wipe.place, (found.method, found.wipe.method))
     views = found.views.get(context.region.as_pointer()) if found is not None and not found.message else None
     if views is None or is_drawing():
         return

@@ -48,8 +48,8 @@ class ViewHeat:
         self.settled = False  # nothing more is to be measured
         self.due = False  # the next draw takes the view's rays
 
-    def draw(self, renderer: Renderer, camera: Camera, depth_bias: float):
-        """Inside the view's draw callback, over its picture."""
+    def draw(self, renderer: Renderer, camera: Camera, depth_bias: float, window=None):
+        """Inside the view's draw callback, over its picture. window: Renderer.draw_overlay's."""
         shown = (camera.width, camera.height, camera.clip_from_world().tobytes(), renderer.snapshot, tuple(renderer.assets.values()))
         if not _same(shown, self._of):
             self._of, self._since, self._steps, self._texture = shown, monotonic(), None, None
@@ -59,7 +59,7 @@ class ViewHeat:
         if self.heat is not None:
             if self._texture is None:
                 self._texture = texture_from("heat_buf", picture_of(self.heat), self._counts)
-            renderer.draw_surfaces(camera, depth_bias, program(PROGRAM, self._counts), self._bind)
+            renderer.draw_surfaces(camera, depth_bias, program(PROGRAM, self._counts), self._bind, window)
 
     def _bind(self, shader):
         shader.image("heat_tx", self._texture)

@@ -27,12 +27,14 @@ from .program import Program
 from .raymap import RayMapPass
 from .resolve import Resolve, ResolvePlan
 from .resolve_tables import LookTexture, MaterialTable
-from .state import drawing_state
+from .state import drawing_state, scissored
 from .targets import RayMapTarget, ReflectionTarget
 from .texture_cache import TextureCache
 from .timing import Work
 from .upload import MeshBuffer, read_texture, triangle_batch
 from .view import View
+
+Window = tuple[int, int, int, int]
 
 
 def registered_kernel(kind: str) -> Callable:
@@ -211,37 +213,33 @@ class Renderer:
                 self.gpu, self._batch, self._rays, answers, self._materials, self._look, space, background, self._bounds(camera)
             )
 
-    def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5, background: Asset | None = None):
+    def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5, background: Asset | None = None, window: Window | None = None):
         """Draw the reflectors into the framebuffer that is bound, against its depth; see glsl/overlay.frag.glsl. Behind them
-        what the asset `background` answers, over all that is there."""
+        what the asset `background` answers, over all that is there. window: (x, y, width, height) px, nothing outside it is drawn."""
         with drawing_state() as gpu:
             self._draw_rays(camera, background)
             answers = self._draw_answers(camera, False, background)
-            self._view.set(camera, depth_bias)
-            gpu.state.depth_mask_set(False)
-            gpu.state.face_culling_set("NONE")
-            gpu.state.blend_set("ALPHA_PREMULT")
             if background is not None:
-                gpu.state.depth_test_set("NONE")
-                self._resolve.draw_background(self._batch, self._rays, answers, self._look)
+                with scissored(gpu, window):
+                    gpu.state.blend_set("ALPHA_PREMULT")
+                    gpu.state.depth_test_set("NONE")
+                    self._resolve.draw_background(self._batch, self._rays, answers, self._look)
             if self._raymap.sections:
-                self._draw_surfaces(
-                    gpu, self._resolve.overlay_program(), lambda shader: self._resolve.bind_overlay(shader, self._rays, answers, self._materials, self._look)
-                )
+                bind = lambda shader: self._resolve.bind_overlay(shader, self._rays, answers, self._materials, self._look)
+                self.draw_surfaces(camera, depth_bias, self._resolve.overlay_program(), bind, window)
 
-    def draw_surfaces(self, camera: Camera, depth_bias: float, shader: Program, bind: Callable[[Program], object]):
+    def draw_surfaces(
+        self, camera: Camera, depth_bias: float, shader: Program, bind: Callable[[Program], object], window: Window | None = None
+    ):
         """The reflectors again, into the framebuffer that is bound and against its depth, by a program of raymap.surface_info's; bind sets
-        what it needs besides."""
-        with drawing_state() as gpu:
+        what it needs besides. window: as draw_overlay's."""
+        with drawing_state() as gpu, scissored(gpu, window):
             self._view.set(camera, depth_bias)
             gpu.state.depth_mask_set(False)
             gpu.state.face_culling_set("NONE")
             gpu.state.blend_set("ALPHA_PREMULT")
-            self._draw_surfaces(gpu, shader, bind)
-
-    def _draw_surfaces(self, gpu, shader: Program, bind: Callable[[Program], object]):
-        gpu.state.depth_test_set("LESS_EQUAL")
-        self._raymap.draw_sections(self._view, shader, bind)
+            gpu.state.depth_test_set("LESS_EQUAL")
+            self._raymap.draw_sections(self._view, shader, bind)
 
     def _draw_rays(self, camera: Camera, background: Asset | None = None):
         if self._rays is None or (self._rays.width, self._rays.height) != (camera.width, camera.height):

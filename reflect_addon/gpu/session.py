@@ -11,6 +11,7 @@ from ..core.asset import Asset
 from ..core.errors import ReflectError
 from ..core.look import Look
 from ..core.snapshot import SceneSnapshot
+from ..scene.wipe import Wipe
 from .heat import ViewHeat
 from .renderer import Renderer, registered_kernel
 from .viewport_views import ViewportViews
@@ -30,6 +31,8 @@ class ViewportSession:
     views: dict[int, ViewportViews] = field(default_factory=dict)  # by the address of a 3D view's region: what its mirrors show of it
     shows_error: bool = False  # a map of errors lies over the picture, once it is measured
     heats: dict[int, ViewHeat] = field(default_factory=dict)  # by the address of a 3D view's region: its map
+    wipe: Wipe | None = None  # another method, right of a line
+    other: "ViewportSession | None" = None  # what draws that
     background: bool = False  # draw the background from the assets, too, where one holds the view's eye
     kernel: Callable[[str], Callable] = registered_kernel
     dirty: bool = True  # the scene changed since the last refresh
@@ -44,6 +47,18 @@ class ViewportSession:
         """Show another method (or "" for none). Clears an earlier failure."""
         self.method, self.assets, self.surfaces, self.message, self.dirty = method, dict(assets), surfaces, "", True
 
+    def set_wipe(self, wipe: Wipe | None):
+        """Show another method right of a line, or (None) no more."""
+        if wipe is not self.wipe:
+            if self.other is not None:
+                _retired.append(self.other)
+            self.wipe, self.other = wipe, None
+            if wipe is not None:
+                self.other = ViewportSession(self.snapshot_of, self.look_of, kernel=self.kernel)
+                self.other.set_assets(wipe.method, wipe.assets, wipe.surfaces)
+        if self.other is not None:
+            self.other.attenuation, self.other.dirty = self.attenuation, True
+
     def shows_others(self, method: str, assets: dict[str, Asset]) -> bool:
         """Whether this would be another method, or assets with other images: something to be uploaded and compiled."""
         same = method == self.method and assets.keys() == self.assets.keys()
@@ -53,6 +68,9 @@ class ViewportSession:
         """Walk the scene if it changed. True when there is something new to draw. Not from a draw callback.
 
         A ReflectError becomes the message and turns drawing off until the next set_assets."""
+        if self.other is not None:
+            self.other.dirty |= self.dirty
+            self.other.refresh()
         if not self.method or self.message or not self.dirty:
             return False
         self.dirty = False
@@ -92,7 +110,8 @@ class ViewportSession:
         due."""
         if not self.method or self.message or self._renderer is None:
             return False
-        return not self._renderer.settled or any(not views.settled for views in self.views.values())
+        beside = self.other is not None and self.other.unsettled
+        return beside or not self._renderer.settled or any(not views.settled for views in self.views.values())
 
     def keep_views(self, regions):
         """Let go of the pictures of all 3D views but those at these addresses. Only where drawing is allowed."""
@@ -103,6 +122,8 @@ class ViewportSession:
         """Let go of the GPU's memory; the next refresh starts anew."""
         self.keep_views(())
         self.heats = {}
+        if self.other is not None:
+            self.other.free()
         if self._renderer is not None:
             self._renderer.free()
         self._renderer, self._pending, self.dirty = None, None, True

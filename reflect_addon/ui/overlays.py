@@ -3,7 +3,6 @@
 import bpy
 
 from ..core import methods
-from ..core.planning.errors import ELSEWHERE
 from ..scene import live
 from ..scene.load import draws_surfaces
 from .panel import Tab, sentence
@@ -24,6 +23,9 @@ class REFLECT_PT_overlays(Tab, bpy.types.Panel):
         layout.prop(settings, "shows_error")
         if settings.shows_error:
             sentence(layout, context, _error(context, live.of(context.scene)), "INFO")
+        row = layout.row(align=True)
+        row.prop(settings, "against")
+        row.operator("reflect.wipe", icon="ARROW_LEFTRIGHT")
 
 
 def _error(context, state) -> str:
@@ -36,6 +38,6 @@ def _error(context, state) -> str:
         return "Measured when the view rests."
     if view.heat is None:
         return "No reflector is seen here whose error could be measured."
-    seen, share = view.heat.seen, "" if view.settled else f", {view.heat.share:.0%} measured"
+    seen, share = view.heat.seen, "" if view.heat.share == 1.0 else f", {view.heat.share:.0%} measured"
     wrong = f"; {seen.wrong:.1%} show the sky for a surface or the reverse" if seen.wrong else ""
-    return f"Mean {seen.mean:.2f}\N{DEGREE SIGN} (none above {ELSEWHERE:g}), 95 % within {seen.p95:.2f}\N{DEGREE SIGN}{wrong}{share}."
+    return f"Mean {view.heat.mean:.2f}\N{DEGREE SIGN}, 95 % within {seen.p95:.2f}\N{DEGREE SIGN}{wrong}{share}."

@@ -11,6 +11,7 @@ from . import mirror_source
 from .method_settings import GROUPS, values_of
 
 OFF = ("OFF", "Off", "Show no reflections of Reflect's", 0)
+NONE = ("NONE", "None", "No other method", 0)
 _items = []  # Blender keeps no reference to the strings of a dynamic enum
 
 
@@ -38,6 +39,17 @@ def _look_changed(self, _context):
     live.of(self.id_data).show(self.id_data)
 
 
+_baked = []  # as _items
+
+
+def baked_items(self, context):
+    """Of method_items those that have assets."""
+    global _baked
+    baked = live.of(self.id_data).baked
+    _baked = [NONE, *(item for item in method_items(self, context) if item[0] in baked)]
+    return _baked
+
+
 class ReflectSceneSettings(bpy.types.PropertyGroup):
     method: bpy.props.EnumProperty(
         name="Method", description="How reflections are computed in the viewport", items=method_items, update=_method_changed
@@ -63,6 +75,9 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         description="Colour the reflectors by how far off their reflections are: the way from the point that should be seen to the one that is "
         "shown, as an angle seen from the reflector. Measured while view and scene rest, coarse first",
         update=_look_changed,
+    )
+    against: bpy.props.EnumProperty(
+        name="Against", description="Another method, of those that are baked, to be shown beside the scene's own", items=baked_items
     )
     source: bpy.props.EnumProperty(
         name="Mirrors Show",

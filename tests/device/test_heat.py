@@ -51,7 +51,7 @@ def test_each_pixel_has_its_own_rays_error(scene):
     wanted = errors_of(asset, Sample(some, truth, np.zeros(len(some))))[0]
     assert truth.hit.sum() > 20 and 0 < (wanted > 1).mean() < 1
     np.testing.assert_allclose(last.degrees[mask], wanted, rtol=1e-5, atol=1e-5)
-    assert last.seen == measured(last.degrees[mask].astype(float)) and last.share == 1.0
+    assert last.seen == measured(last.degrees[mask].astype(float)) and last.share == 1.0 and np.isclose(last.mean, wanted.mean())
     assert np.isnan(last.degrees[~mask]).all(), "nothing is said of what has no asset or is no reflector"
 
 

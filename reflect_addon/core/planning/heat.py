@@ -36,6 +36,7 @@ class Heat:
     degrees: np.ndarray  # (H, W) float32; nan where there is nothing to measure, or nothing was measured yet
     reflector: np.ndarray  # (H, W) int32, as the ray map's
     share: float  # of its rays that were measured
+    mean: float  # degrees, of those
     seen: Measured  # of those
 
 
@@ -67,7 +68,9 @@ def heat_of(rays: RayMap, assets: Mapping[str, Asset], reflectors: tuple[Instanc
                 sizes[index] = max(int(len(some) * min(faster, 4.0)), FEWEST)
                 yield None
         known = ~np.isnan(degrees)
-        yield Heat(_filled(degrees, rays.reflector, stride), rays.reflector, known.sum() / wanted.sum(), measured(degrees[known].astype(np.float64)))
+        errors = degrees[known].astype(np.float64)
+        share, mean = known.sum() / wanted.sum(), errors.mean() if len(errors) else 0.0
+        yield Heat(_filled(degrees, rays.reflector, stride), rays.reflector, float(share), float(mean), measured(errors))
 
 
 def _errors(rays: RayMap, pixels: np.ndarray, asset: Asset, job: BakeJob) -> np.ndarray:

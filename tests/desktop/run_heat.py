@@ -1,0 +1,126 @@
+"""Runs inside a real Blender window: a ball in the room of native_room.py, with a crate before the wall, judged by mouse: the map of errors, and what it does
+when the view, the scene and the method change; see artist.py."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+from desktop import view3d
+
+sys.path.insert(0, str(Path(__file__).parent))
+from artist import bake, changed, key, part, picture, press, results, run, scene, state, watched  # noqa: E402
+from native_room import NEAR, add_lantern, entered  # noqa: E402
+
+REST = 20.0  # s for a map; a shared processor that draws by software too
+FEW = 0.004  # share of pixels: the mouse
+
+
+def aside(seconds=2.0):
+    """The mouse away from buttons, whose tooltips would be in the picture, and time to draw."""
+    for x in ("620", "400", "120", "110"):  # leaves the button step by step: a tooltip is closed by a move that it sees
+        subprocess.run(["xdotool", "mousemove", x, "420"], check=True)
+        yield 0.2
+    yield seconds
+
+
+def view_heat():
+    """The window's map of errors."""
+    *_, region, _space = view3d()
+    return part("gpu.session").session(scene().name).heats.get(region.as_pointer())
+
+
+def measured(name):
+    """Waits until all is measured; the picture."""
+    for _ in range(int(REST / 0.25)):
+        yield 0.25
+        if (heat := view_heat()) is not None and heat.settled:
+            break
+    assert heat.settled and heat.heat is not None, "nothing was measured"
+    yield from aside()
+    seen = heat.heat.seen
+    results.setdefault("errors", {})[name] = {"mean": round(heat.heat.mean, 3), "p95": round(seen.p95, 3), "wrong": round(seen.wrong, 4)}
+    return picture(name)
+
+
+def in_colours(seen, ball):
+    """Share of the ball's pixels that have a colour of the scale."""
+    colors = part("core.planning.heat_colors")
+    scale = 255 * colors.color_at(np.linspace(0, 1, 91))
+    return round(float((np.abs(seen[ball][:, None] - scale).max(-1).min(-1) <= NEAR).mean()), 3)
+
+
+def story():
+    ball = yield from entered(add_lantern)
+    *_, area, _region, space = view3d()
+    space.overlay.show_overlays = True
+    for method in ("box_proxy", "environment"):
+        scene().reflect.method = method
+        yield from bake()
+    yield 1.0
+    plain = picture("02-plain")
+    yield from press("reflect.shows_error")
+    assert scene().reflect.shows_error
+    yield from watched("measuring", seconds=3.0)
+    seen = yield from measured("03-environment")
+    results["in colours"] = {"plain": in_colours(plain, ball), "error": in_colours(seen, ball)}
+    assert in_colours(seen, ball) > 0.85 > 0.3 > in_colours(plain, ball), results["in colours"]
+    space.region_3d.view_camera_zoom += 4
+    area.tag_redraw()
+    yield 0.2
+    assert view_heat().heat is None, "dropped with the view"
+    yield from measured("04-nearer")
+    space.region_3d.view_camera_zoom -= 4
+    bpy.data.objects["Lantern"].location.x += 0.3
+    yield 1.0
+    yield from measured("05-moved")
+    scene().reflect.method = "box_proxy"
+    yield 1.0
+    yield from measured("06-box")
+    errors = results["errors"]
+    assert errors["06-box"]["mean"] < errors["03-environment"]["mean"]
+    yield from press("reflect.shows_error")
+    yield from aside()
+    assert not view_heat() and in_colours(picture("07-off"), ball) < 0.3
+    yield from wiped(area, ball)
+
+
+def at(area, share):
+    """A place in the viewport, as a share of its width, in the window's pixels from above."""
+    window, *_ = view3d()
+    region = next(r for r in area.regions if r.type == "WINDOW")
+    return str(region.x + round(share * region.width)), str(window.height - region.y - region.height // 2)
+
+
+def wiped(area, ball):
+    """The environment map beside the box: the line is dragged, and Esc ends it."""
+    box = picture("08-box")
+    scene().reflect.method = "environment"
+    yield from aside(4.0)
+    environment = picture("09-environment")
+    scene().reflect.method, scene().reflect.against = "box_proxy", "environment"
+    yield from aside(4.0)
+    yield from press("reflect.wipe")
+    yield from aside(4.0)
+    for name, share in (("10-wiped-right", 0.55), ("11-wiped-left", 0.4)):
+        subprocess.run(["xdotool", "mousemove", *at(area, 0.5), "mousedown", "1"], check=True)
+        yield 0.5
+        subprocess.run(["xdotool", "mousemove", *at(area, share)], check=True)
+        yield 0.5
+        subprocess.run(["xdotool", "mouseup", "1"], check=True)
+        yield 1.0
+        assert abs(state().wipe.place - share) < 0.01
+        seen = picture(name)
+        column = int(at(area, share)[0]) - area.x - 60
+        sides = {side: [round(changed(seen[:-60, part], one[:-60, part]), 4) for one in (box, environment)]
+                 for side, part in (("left", np.s_[: column - 4]), ("right", np.s_[column + 4 :]))}  # fmt: skip
+        results.setdefault("wiped", {})[name] = sides
+        assert sides["left"][0] < FEW < sides["left"][1] and sides["right"][1] < FEW < sides["right"][0], sides
+    yield from key("Escape")
+    assert state().wipe is None and changed(picture("12-ended"), box) < FEW
+
+
+
+
+run(story)
