@@ -10,12 +10,15 @@ import traceback
 import bpy
 from bpy.app.handlers import persistent
 
+from ..core import methods
+from ..core.asset import asset_of
 from ..core.background import background_of
 from ..scene.camera import viewport_camera
 from ..scene.viewport_source import shading_of, why_not
 from . import session as viewport_session
 from .heat import PAUSE, ViewHeat
 from .heat_legend import draw_legend
+from .outlines import OutlineBatch
 from .program import forget_programs
 from .viewport_views import ViewportViews, is_drawing
 from .wipe import draw_line, windows
@@ -49,6 +52,7 @@ def draw(context) -> bool:
             _draw_heat(found, renderer, camera, context, left)
             if found.other is not None:
                 _draw_other(found.other, camera, right)
+            _draw_outlines(found, renderer, camera, context)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
         _give_up(found, error)
     return behind is not None
@@ -77,6 +81,19 @@ def _draw_heat(found, renderer, camera, context, window):
     heat.draw(renderer, camera, DEPTH_BIAS, window)
     if not heat.settled and not bpy.app.timers.is_registered(_measure):
         bpy.app.timers.register(_measure, first_interval=PAUSE)
+
+
+def _draw_outlines(found, renderer, camera, context):
+    """What stands for the scene in the active reflector."""
+    active = context.object if found.shows_outlines else None
+    reflectors = [r for r in renderer.snapshot.reflectors() if active is not None and r.object_name == active.name]
+    for gone in found.outlines.keys() - {r.name for r in reflectors}:
+        del found.outlines[gone]
+    for reflector in reflectors:
+        asset = asset_of(renderer.assets, reflector)
+        if asset is not None and hasattr(methods.get(asset.kind), "outlines"):
+            batch = found.outlines.setdefault(reflector.name, OutlineBatch())
+            batch.draw(renderer.asset_placed(asset), camera)
 
 
 def _views_of(found, context) -> ViewportViews | None:

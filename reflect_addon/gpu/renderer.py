@@ -137,6 +137,10 @@ class Renderer:
         """One of this renderer's assets as it stands on the GPU, read back: it may have followed what moved."""
         return self._followers.asset(asset)
 
+    def asset_placed(self, asset: Asset) -> Asset:
+        """The same, but for its images: where its stand-ins are."""
+        return self._followers.placed(asset)
+
     def prepare(self, overlay: bool = False):
         """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
         moves."""

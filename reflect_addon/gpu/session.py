@@ -13,6 +13,7 @@ from ..core.look import Look
 from ..core.snapshot import SceneSnapshot
 from ..scene.wipe import Wipe
 from .heat import ViewHeat
+from .outlines import OutlineBatch
 from .renderer import Renderer, registered_kernel
 from .viewport_views import ViewportViews
 
@@ -30,6 +31,8 @@ class ViewportSession:
     mirrors_viewport: bool = False  # planar mirrors show the viewport's own shading, where they can
     views: dict[int, ViewportViews] = field(default_factory=dict)  # by the address of a 3D view's region: what its mirrors show of it
     shows_error: bool = False  # a map of errors lies over the picture, once it is measured
+    shows_outlines: bool = False  # what stands for the scene in the active reflector is outlined
+    outlines: dict[str, OutlineBatch] = field(default_factory=dict)  # by that reflector
     heats: dict[int, ViewHeat] = field(default_factory=dict)  # by the address of a 3D view's region: its map
     wipe: Wipe | None = None  # another method, right of a line
     other: "ViewportSession | None" = None  # what draws that
@@ -121,7 +124,7 @@ class ViewportSession:
     def free(self):
         """Let go of the GPU's memory; the next refresh starts anew."""
         self.keep_views(())
-        self.heats = {}
+        self.heats, self.outlines = {}, {}
         if self.other is not None:
             self.other.free()
         if self._renderer is not None:

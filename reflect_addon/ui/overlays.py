@@ -23,9 +23,22 @@ class REFLECT_PT_overlays(Tab, bpy.types.Panel):
         layout.prop(settings, "shows_error")
         if settings.shows_error:
             sentence(layout, context, _error(context, live.of(context.scene)), "INFO")
+        layout.prop(settings, "shows_outlines")
+        if settings.shows_outlines and (reason := _without_outlines(context, live.of(context.scene))):
+            sentence(layout, context, reason, "INFO")
         row = layout.row(align=True)
         row.prop(settings, "against")
         row.operator("reflect.wipe", icon="ARROW_LEFTRIGHT")
+
+
+def _without_outlines(context, state) -> str:
+    """Why nothing is outlined; "" where something is."""
+    name = context.object.name if context.object is not None else ""
+    assets = {instance: asset for instance, asset in state.joined().items() if instance.partition("/")[0] == name}
+    if not assets:
+        return "Select a reflector that is baked, to see what stands for the scene in it."
+    kind = next(iter(assets.values())).kind
+    return "" if hasattr(methods.get(kind), "outlines") else f"{methods.get(kind).LABEL} has nothing that stands in space."
 
 
 def _error(context, state) -> str:

@@ -76,6 +76,12 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         "shown, as an angle seen from the reflector. Measured while view and scene rest, coarse first",
         update=_look_changed,
     )
+    shows_outlines: bpy.props.BoolProperty(
+        name="Stand-Ins",
+        description="Outline what stands for the scene where the active reflector looks it up: the quads of billboards, what depth maps see and "
+        "whence, the box or the sphere that an environment lies on, the cell of a light field and its slabs",
+        update=_look_changed,
+    )
     against: bpy.props.EnumProperty(
         name="Against", description="Another method, of those that are baked, to be shown beside the scene's own", items=baked_items
     )

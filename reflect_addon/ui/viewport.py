@@ -38,6 +38,7 @@ def _display(scene: bpy.types.Scene, state: live.Live) -> None:
     found.attenuation = scene.reflect.half_distance or None
     found.background = scene.reflect.background
     found.shows_error = scene.reflect.shows_error
+    found.shows_outlines = scene.reflect.shows_outlines
     found.mirrors_viewport = mirror_source.is_viewport(scene.reflect)
     others = found.shows_others(state.method, joined) or (state.wipe is not None and state.wipe is not found.wipe)
     found.set_wipe(state.wipe)

@@ -96,3 +96,14 @@ def test_off_ends_a_wipe(ball):
     assert "Esc" in poll_says()
     ball.reflect.method = "OFF"
     assert state.wipe is None and "Bake the scene's method first" in poll_says()
+
+
+def test_it_says_why_nothing_is_outlined(ball):
+    ball.reflect.shows_outlines = True
+    assert "Select a reflector" not in drawn()
+    bpy.context.object.name = "Other"
+    assert "Select a reflector" in drawn()
+    bpy.context.object.name = "Ball"
+    drawing = next(name for name in methods.names() if name not in methods.gathering())
+    live.of(ball).joined = lambda: {"Ball": SimpleNamespace(kind=drawing)}
+    assert "has nothing that stands in space" in drawn()
