@@ -84,6 +84,7 @@ def story():
     yield from aside()
     assert not view_heat() and in_colours(picture("07-off"), ball) < 0.3
     yield from wiped(area, ball)
+    yield from outlined(space)
 
 
 def at(area, share):
@@ -119,6 +120,31 @@ def wiped(area, ball):
         assert sides["left"][0] < FEW < sides["left"][1] and sides["right"][1] < FEW < sides["right"][0], sides
     yield from key("Escape")
     assert state().wipe is None and changed(picture("12-ended"), box) < FEW
+
+
+def outlined(space):
+    """What stands for the room in the ball, of three methods, seen from outside; off it is gone."""
+    view = space.region_3d
+    view.view_perspective, view.view_distance = "PERSP", 14.0
+    view.view_location = (1.2, 0, 0)
+    space.shading.show_backface_culling = True  # of the room, to look into it
+    bpy.context.view_layer.objects.active = bpy.data.objects["Ball"]
+    for number, method in ((13, "box_proxy"), (15, "depth_maps"), (17, "light_field")):
+        scene().reflect.method = method
+        if method not in state().baked or state().missing:
+            yield from bake()
+        if method == "box_proxy":
+            plain = picture("13-outside")
+            yield from press("reflect.shows_outlines")
+        yield from aside(4.0)
+        seen = picture(f"{number + 1}-outlined-{method}")
+        results.setdefault("outlined", {})[method] = round(changed(seen, plain), 4)
+        assert changed(seen, plain) > FEW and not state().draw_error(), state().draw_error()
+    bpy.context.view_layer.objects.active = bpy.data.objects["Lantern"]
+    yield 2.0
+    scene().reflect.method = "box_proxy"
+    yield from aside(4.0)
+    assert changed(picture("19-none"), plain) < FEW
 
 
 

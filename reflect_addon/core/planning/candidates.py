@@ -82,10 +82,11 @@ def ladder() -> list[tuple[float, str, Changes]]:
 
 
 class Trial:
-    """The candidates of one reflector. job: its trace brings no light; asked(method) -> settings of the real bake; only: a method chosen by hand."""
+    """The candidates of one reflector. job: its trace brings no light; asked(method) -> settings of the real bake; only: a method chosen by hand; kept: the one
+    stand-in, (method, settings that differ), that may be taken."""
 
-    def __init__(self, seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = ""):
-        self.seen, self._job, self._asked, self._goal, self._only = seen, job, asked, goal, only
+    def __init__(self, seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = "", kept: tuple[str, Changes] | None = None):
+        self.seen, self._job, self._asked, self._goal, self._only, self._kept = seen, job, asked, goal, only, kept
         self._assets: dict[tuple[str, Changes], Asset] = {}
         self._paths: dict[tuple[str, Changes], float] = {}
         self._errors: dict[tuple[str, Changes], np.ndarray] = {}
@@ -94,12 +95,21 @@ class Trial:
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
         """In the order of ladder(). Where none keeps the tolerance the one that comes nearest is tried again with FINER texels."""
+        if self._kept is not None:
+            return self._as_it_is(say)
         found = list(self._climbed(say))
         best = min((c for c in found if c.errors), key=lambda c: (c.promised, c.errors.mean))
         if best.promised > self._goal.tolerance and best.method != environment.NAME and not self._is_small():
             say(best.method)
             found[found.index(best)] = self.tried(best.method, best.changes, FINER)
         return tuple(found)
+
+    def _as_it_is(self, say: Callable[[str], object]) -> tuple[Candidate, ...]:
+        method, changes = self._kept
+        say(method)
+        self._base = max(work_of(self._measured(environment.NAME, ())[1]), 1.0)
+        others = [Candidate(name, differ, pruned="it is kept as it is") for _, name, differ in ladder() if (name, differ) != self._kept]
+        return (self.tried(method, changes), *others)
 
     def _climbed(self, say: Callable[[str], object]) -> Iterator[Candidate]:
         enough = self._enough()
