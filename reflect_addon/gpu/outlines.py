@@ -10,7 +10,7 @@ from ..core.camera import Camera
 from .device import ensure
 from .state import drawing_state
 
-COLOR, FAINT = (1.0, 0.55, 0.1), 0.25  # display-linear; opacity behind things
+COLOR, FAINT = (0.05, 0.65, 1.0), 0.25  # display-linear, and not what Blender marks a selection with; opacity behind things
 LINE, POINT = 1.5, 8.0  # px
 NEARER = 1e-4  # of the depth range: a quad lies on what it stands for
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from desktop import view3d
+from mathutils import Euler
 
 sys.path.insert(0, str(Path(__file__).parent))
 from artist import bake, changed, key, part, picture, press, results, run, scene, state, watched  # noqa: E402
@@ -125,8 +126,9 @@ def wiped(area, ball):
 def outlined(space):
     """What stands for the room in the ball, of three methods, seen from outside; off it is gone."""
     view = space.region_3d
-    view.view_perspective, view.view_distance = "PERSP", 14.0
-    view.view_location = (1.2, 0, 0)
+    view.view_perspective, view.view_distance = "PERSP", 9.0
+    view.view_location = (1.0, 0, 0)
+    view.view_rotation = (Euler((1.25, 0.0, 0.35))).to_quaternion()
     space.shading.show_backface_culling = True  # of the room, to look into it
     bpy.context.view_layer.objects.active = bpy.data.objects["Ball"]
     for number, method in ((13, "box_proxy"), (15, "depth_maps"), (17, "light_field")):
@@ -134,6 +136,7 @@ def outlined(space):
         if method not in state().baked or state().missing:
             yield from bake()
         if method == "box_proxy":
+            yield from aside(4.0)
             plain = picture("13-outside")
             yield from press("reflect.shows_outlines")
         yield from aside(4.0)
