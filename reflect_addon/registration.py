@@ -101,6 +101,7 @@ def _look_soon():
 
 def _stop():
     bake.stop()
+    wipe.stop()
     if bpy.app.timers.is_registered(_look):
         bpy.app.timers.unregister(_look)
 

@@ -15,6 +15,7 @@ from ..core.asset import asset_of
 from ..core.background import background_of
 from ..scene.camera import viewport_camera
 from ..scene.viewport_source import shading_of, why_not
+from ..scene.wipe import TRUTH
 from . import session as viewport_session
 from .heat import PAUSE, ViewHeat
 from .heat_legend import draw_legend
@@ -52,6 +53,8 @@ def draw(context) -> bool:
             _draw_heat(found, renderer, camera, context, left)
             if found.other is not None:
                 _draw_other(found.other, camera, right)
+            if found.truth is not None:
+                found.truth.draw(renderer, camera, DEPTH_BIAS, right)
             _draw_outlines(found, renderer, camera, context)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
         _give_up(found, error)
@@ -140,7 +143,7 @@ def _on_drawn():
         if found.heats:
             draw_legend()
         if found.wipe is not None:
-            draw_line(context.region, found.wipe.place, (found.method, found.wipe.method))
+            draw_line(context.region, found.wipe.place, [found.truth.label if name == TRUTH else methods.get(name).LABEL for name in (found.method, found.wipe.method)])
     views = found.views.get(context.region.as_pointer()) if found is not None and not found.message else None
     if views is None or is_drawing():
         return

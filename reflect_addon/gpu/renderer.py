@@ -31,7 +31,7 @@ from .state import drawing_state, scissored
 from .targets import RayMapTarget, ReflectionTarget
 from .texture_cache import TextureCache
 from .timing import Work
-from .upload import MeshBuffer, read_texture, triangle_batch
+from .upload import MeshBuffer, read_texture, texture_from, triangle_batch
 from .view import View
 
 Window = tuple[int, int, int, int]
@@ -228,9 +228,20 @@ class Renderer:
                     gpu.state.blend_set("ALPHA_PREMULT")
                     gpu.state.depth_test_set("NONE")
                     self._resolve.draw_background(self._batch, self._rays, answers, self._look)
-            if self._raymap.sections:
-                bind = lambda shader: self._resolve.bind_overlay(shader, self._rays, answers, self._materials, self._look)
-                self.draw_surfaces(camera, depth_bias, self._resolve.overlay_program(), bind, window)
+            self.draw_answers(camera, depth_bias, answers, window)
+
+    def draw_answers(self, camera: Camera, depth_bias: float, answers: ReflectionTarget, window: Window | None = None):
+        """draw_overlay's last step: the reflectors with these answers to the rays that were drawn last, which must be this camera's."""
+        if self._raymap.sections:
+            bind = lambda shader: self._resolve.bind_overlay(shader, self._rays, answers, self._materials, self._look)
+            self.draw_surfaces(camera, depth_bias, self._resolve.overlay_program(), bind, window)
+
+    def target_of(self, picture: np.ndarray) -> ReflectionTarget:
+        """Answers from elsewhere, (H, W, 4): scene-linear radiance and coverage. They do not fade with distance."""
+        target = ReflectionTarget(picture.shape[1], picture.shape[0], self._beside(False), self._counts)
+        target.clear()
+        target.radiance_tx = texture_from("answers_tx", picture, self._counts)
+        return target
 
     def draw_surfaces(
         self, camera: Camera, depth_bias: float, shader: Program, bind: Callable[[Program], object], window: Window | None = None

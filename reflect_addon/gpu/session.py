@@ -16,6 +16,7 @@ from .heat import ViewHeat
 from .outlines import OutlineBatch
 from .renderer import Renderer, registered_kernel
 from .viewport_views import ViewportViews
+from .wipe import TruthPicture
 
 
 @dataclass
@@ -36,6 +37,7 @@ class ViewportSession:
     heats: dict[int, ViewHeat] = field(default_factory=dict)  # by the address of a 3D view's region: its map
     wipe: Wipe | None = None  # another method, right of a line
     other: "ViewportSession | None" = None  # what draws that
+    truth: TruthPicture | None = None  # or this, where it is no method
     background: bool = False  # draw the background from the assets, too, where one holds the view's eye
     kernel: Callable[[str], Callable] = registered_kernel
     dirty: bool = True  # the scene changed since the last refresh
@@ -56,7 +58,8 @@ class ViewportSession:
             if self.other is not None:
                 _retired.append(self.other)
             self.wipe, self.other = wipe, None
-            if wipe is not None:
+            self.truth = TruthPicture(wipe.truth) if wipe is not None and wipe.truth else None
+            if wipe is not None and wipe.truth is None:
                 self.other = ViewportSession(self.snapshot_of, self.look_of, kernel=self.kernel)
                 self.other.set_assets(wipe.method, wipe.assets, wipe.surfaces)
         if self.other is not None:

@@ -15,6 +15,9 @@ from ..core.focus import refocused
 from ..core.planning.plan import FILE_NAME
 from ..core.snapshot import SceneSnapshot
 from .load import PLANNED, draws_surfaces, load_assets, load_surfaces
+from .view_truth import ViewTruth
+
+TRUTH, TRUTH_LABEL = "TRUTH", "Truth"  # stands among the methods' names
 
 
 @dataclass
@@ -25,6 +28,11 @@ class Wipe:
     assets: dict[str, Asset]  # joined, by reflector
     surfaces: Asset | None
     place: float = 0.5  # of a 3D view's width, 0 is left
+    truth: ViewTruth | None = None  # in place of a method's answers
+
+
+def truth_wipe(truth: ViewTruth) -> Wipe:
+    return Wipe(TRUTH, {}, None, truth=truth)
 
 
 def start_wipe(scene: bpy.types.Scene, snapshot: SceneSnapshot, folder: Path, method: str) -> Wipe:

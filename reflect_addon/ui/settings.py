@@ -7,10 +7,15 @@ import bpy
 from ..core import methods
 from ..scene import live
 from ..scene.properties import number_of
+from ..scene.wipe import TRUTH, TRUTH_LABEL
 from . import mirror_source
 from .method_settings import GROUPS, values_of
 
 OFF = ("OFF", "Off", "Show no reflections of Reflect's", 0)
+TRUTH_ITEM = (
+    TRUTH, TRUTH_LABEL, "What Cycles finds along the mirror rays of this view. Traced when the wipe starts, in another process; another view has none",
+    number_of(TRUTH),
+)  # fmt: skip
 NONE = ("NONE", "None", "No other method", 0)
 _items = []  # Blender keeps no reference to the strings of a dynamic enum
 
@@ -46,7 +51,7 @@ def baked_items(self, context):
     """Of method_items those that have assets."""
     global _baked
     baked = live.of(self.id_data).baked
-    _baked = [NONE, *(item for item in method_items(self, context) if item[0] in baked)]
+    _baked = [NONE, TRUTH_ITEM, *(item for item in method_items(self, context) if item[0] in baked)]
     return _baked
 
 
@@ -83,7 +88,7 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         update=_look_changed,
     )
     against: bpy.props.EnumProperty(
-        name="Against", description="Another method, of those that are baked, to be shown beside the scene's own", items=baked_items
+        name="Against", description="What is shown beside the scene's own method: another one of those that are baked, or the truth", items=baked_items
     )
     source: bpy.props.EnumProperty(
         name="Mirrors Show",

@@ -69,7 +69,7 @@ def poll_says() -> str:
 def test_a_wipe_is_against_a_method_that_is_baked(ball):
     state = live.of(ball)
     items = [item[0] for item in baked_items(ball.reflect, None)]
-    assert items == ["NONE", "environment", "box_proxy"] and state.baked == ("environment", "box_proxy")
+    assert items == ["NONE", "TRUTH", "environment", "box_proxy"] and state.baked == ("environment", "box_proxy")
     assert "Choose another method" in poll_says()
     ball.reflect.against = "environment"
     assert "Choose another method" in poll_says()

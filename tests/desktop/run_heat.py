@@ -3,6 +3,7 @@ when the view, the scene and the method change; see artist.py."""
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import bpy
@@ -15,6 +16,8 @@ from artist import bake, changed, key, part, picture, press, results, run, scene
 from native_room import NEAR, add_lantern, entered  # noqa: E402
 
 REST = 20.0  # s for a map; a shared processor that draws by software too
+TRACED = 120.0  # s for a truth
+UNLIKE = 0.2  # share of pixels in which the box and the truth differ clearly: borders of squares, and the lantern
 FEW = 0.004  # share of pixels: the mouse
 
 
@@ -119,6 +122,33 @@ def wiped(area, ball):
                  for side, part in (("left", np.s_[: column - 4]), ("right", np.s_[column + 4 :]))}  # fmt: skip
         results.setdefault("wiped", {})[name] = sides
         assert sides["left"][0] < FEW < sides["left"][1] and sides["right"][1] < FEW < sides["right"][0], sides
+    yield from key("Escape")
+    assert state().wipe is None and changed(picture("12-ended"), box) < FEW
+    yield from against_the_truth(area, box)
+
+
+def against_the_truth(area, box):
+    """The box is nearly right here: what another process traces looks like it. From elsewhere there is no truth."""
+    scene().reflect.against = "TRUTH"
+    yield from aside()
+    clicked = yield from press("reflect.wipe")
+    yield from aside(0.1)
+    picture("12-tracing")
+    while state().wipe is None:
+        yield 0.2
+        assert time.monotonic() - clicked < TRACED, "no truth came"
+    results["seconds"]["truth"] = round(time.monotonic() - clicked, 1)
+    yield from aside(3.0)
+    seen = picture("12-truth")
+    column = int(at(area, 0.5)[0]) - area.x - 60
+    right, same = np.s_[:-60, column + 4 :], lambda one: round(float((np.abs(one - box)[right].max(-1) > 40).mean()), 4)
+    results["truth"] = {"differs": same(seen)}
+    assert 0 < same(seen) < UNLIKE, results["truth"]
+    *_, space = view3d()
+    space.region_3d.view_camera_zoom += 4
+    yield from aside()
+    picture("12-truth-elsewhere")
+    space.region_3d.view_camera_zoom -= 4
     yield from key("Escape")
     assert state().wipe is None and changed(picture("12-ended"), box) < FEW
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from reflect_addon.core.look import Look
-from reflect_addon.scene.wipe import Wipe
+from reflect_addon.scene.view_truth import ViewTruth
+from reflect_addon.scene.wipe import Wipe, truth_wipe
 
 SIZE = (96, 64)
 GREEN = {"ground": (0, 1, 0), "zenith": (0, 1, 0)}
@@ -79,6 +80,26 @@ def test_what_moves_moves_on_both_sides(shown):
     half = SIZE[0] // 2
     for side in (np.s_[:, :half], np.s_[:, half:]):
         assert 0 < (after[side][..., 3] > 0.5).sum() < 0.6 * (before[side][..., 3] > 0.5).sum()
+
+
+def test_the_truth_is_shown_in_its_own_view_alone(shown):
+    plain = shown.draw()
+    covered = plain[..., 3] > 0.5
+    picture = np.zeros((*SIZE[::-1], 4), np.float32)
+    picture[...] = 0.1, 0.2, 0.3, 1.0
+    own = ViewTruth(scenes.camera((0, -5, 1), (0, 0, 0), SIZE), picture)
+    other = ViewTruth(scenes.camera((0.01, -5, 1), (0, 0, 0), SIZE), picture)
+    half = SIZE[0] // 2
+    for half_distance in (None, 1.0):
+        shown.view.attenuation, shown.view.dirty = half_distance, True
+        shown.view.set_wipe(truth_wipe(own))
+        seen = shown.draw()
+        right = covered[:, half:]
+        assert shown.view.truth.label == "Truth"
+        assert right.sum() > 200 and np.array_equal(seen[:, half:, 3] > 0.5, right)
+        np.testing.assert_allclose(seen[:, half:][right][:, :3], np.broadcast_to((0.1, 0.2, 0.3), (right.sum(), 3)), atol=2e-3)
+        shown.view.set_wipe(truth_wipe(other))
+        assert shown.draw()[:, half:].max() == 0 and "another view" in shown.view.truth.label
 
 
 def test_a_failure_of_the_other_side_leaves_this_one(shown, capsys):

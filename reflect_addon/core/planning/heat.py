@@ -17,7 +17,7 @@ from ..asset import Asset, asset_of
 from ..job import BakeJob
 from ..lamp_hits import with_lamps
 from ..rays import RayMap, Rays
-from ..reflected_samples import LIFT
+from ..reflected_samples import lifted
 from ..snapshot import Instance
 from .candidates import errors_of
 from .errors import Measured, measured
@@ -76,7 +76,7 @@ def heat_of(rays: RayMap, assets: Mapping[str, Asset], reflectors: tuple[Instanc
 def _errors(rays: RayMap, pixels: np.ndarray, asset: Asset, job: BakeJob) -> np.ndarray:
     """(N,) degrees. pixels: flat indices."""
     origin, direction, normal = (getattr(rays, name).reshape(-1, 3)[pixels] for name in ("origin", "direction", "normal"))
-    some = Rays((origin + normal * LIFT * job.scene.diagonal()).astype(np.float32), direction)
+    some = Rays(lifted(origin, normal, job.scene.diagonal()), direction)
     truth = with_lamps(job.trace(some), some, job.scene, job.intersect)
     return errors_of(asset, Sample(some, truth, np.zeros(len(some))))[0]
 
