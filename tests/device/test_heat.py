@@ -69,18 +69,19 @@ def test_it_is_coarse_first_and_only_becomes_finer(scene):
 
 
 def test_a_slice_takes_as_long_as_it_may(scene, monkeypatch):
-    """Where every ray costs a millisecond, and the kernel as much as FEWEST of them."""
+    """Where every ray costs a millisecond: the first has one, later ones as many as there is time for, and never fewer than FEWEST."""
     found, job_of, rays, asset = scene
     real, sizes = heating._errors, []
 
-    def slow(rays, pixels, asset, job):
+    def slow(rays, pixels, *more):
         sizes.append(len(pixels))
         time.sleep(1e-3 * len(pixels))
-        return real(rays, pixels, asset, job)
+        return real(rays, pixels, *more)
 
     monkeypatch.setattr(heating, "_errors", slow)
     list(heat_of(rays, {"": asset}, found.reflectors(), job_of))
-    assert max(sizes) <= max(FEWEST, 1000 * heating.SLICE)
+    assert sizes[0] == 1 and max(b / max(sizes[: n + 1]) for n, b in enumerate(sizes[1:])) <= heating.FASTER
+    assert max(sizes) == FEWEST > 1000 * heating.SLICE
 
 
 def test_what_is_drawn_or_missing_has_nothing_to_measure(scene):

@@ -18,7 +18,7 @@ from .. import methods
 from ..asset import Asset
 from ..asset_images import kind_of
 from ..job import BakeJob
-from ..kernel import Counts, record, run_numpy
+from ..kernel import Counts, Program, record, run_numpy
 from ..methods import environment
 from .errors import EXACT, Measured, in_unit, measured, ray_errors
 from .goal import PROMISED, Goal
@@ -204,11 +204,17 @@ class Trial:
         return self._assets[kind, changes]
 
 
-def errors_of(asset: Asset, sample: Sample, unit: str = "degrees") -> tuple[np.ndarray, Counts]:
-    """(degrees or pixels that the asset's answers to the sample's rays are off, (N,), the work that they were)."""
+def errors_of(asset: Asset, sample: Sample, unit: str = "degrees", program: Program | None = None) -> tuple[np.ndarray, Counts]:
+    """(degrees or pixels that the asset's answers to the sample's rays are off, (N,), the work that they were). program: program_of(asset), for those who
+    ask in many parts."""
     counts = Counts()
-    answer = run_numpy(record(methods.get(asset.kind).trace, asset), asset, sample.rays, counts=counts)
+    answer = run_numpy(program or program_of(asset), asset, sample.rays, counts=counts)
     return in_unit(ray_errors(answer, sample.truth, sample.rays), sample.pixel, unit), counts
+
+
+def program_of(asset: Asset) -> Program:
+    """Its method's kernel, recorded: as much time as a few hundred rays."""
+    return record(methods.get(asset.kind).trace, asset)
 
 
 def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object]:

@@ -15,18 +15,21 @@ import numpy as np
 from .. import methods
 from ..asset import Asset, asset_of
 from ..job import BakeJob
+from ..kernel import Program
 from ..lamp_hits import with_lamps
 from ..rays import RayMap, Rays
 from ..reflected_samples import lifted
 from ..snapshot import Instance
-from .candidates import errors_of
+from .candidates import errors_of, program_of
 from .errors import Measured, measured
 from .samples import Sample
 
 STEP = 4  # px of the picture, along each side, that share a ray
 STRIDES = (8, 4, 2, 1)  # of the rays that each round adds, along each side
-SLICE = 0.03  # s
-FEWEST = 32  # rays of a slice: a kernel of thousands of nodes takes as long for one
+SLICE = 0.06  # s
+# Rays of a slice, whatever it takes: a kernel of thousands of nodes costs 0.08 s for 32 rays, 0.11 for 128 and 0.25 for 7,000 (`contact`, depth maps).
+FEWEST = 64
+FASTER = 4  # times as many rays as in the slice before, at most; the first has one, since what rays meet is made ready when it is first met
 
 
 @dataclass(frozen=True)
@@ -53,19 +56,24 @@ def heat_of(rays: RayMap, assets: Mapping[str, Asset], reflectors: tuple[Instanc
     wanted = np.isin(rays.reflector, list(answering))
     if not wanted.any():
         return
+    programs: dict[int, Program] = {}  # by asset, which several reflectors may share
     job, degrees = job_of(reflectors[0]), np.full(rays.reflector.shape, np.nan, np.float32)
-    sizes = dict.fromkeys(answering, FEWEST)
+    sizes = dict.fromkeys(answering, 1)
     yield None
     for stride in STRIDES:
         grid = np.zeros_like(wanted)
         grid[::stride, ::stride] = True
         for index, asset in answering.items():
+            if id(asset) not in programs:
+                programs[id(asset)] = program_of(asset)
+                yield None
             todo = np.flatnonzero(grid & np.isnan(degrees) & (rays.reflector == index))
             while len(todo):
                 began, some, todo = time.perf_counter(), todo[: sizes[index]], todo[sizes[index] :]
-                degrees.flat[some] = _errors(rays, some, asset, job)
-                faster = SLICE / max(time.perf_counter() - began, 1e-6)
-                sizes[index] = max(int(len(some) * min(faster, 4.0)), FEWEST)
+                degrees.flat[some] = _errors(rays, some, asset, programs[id(asset)], job)
+                if len(some) == sizes[index]:  # the last ones of a round tell nothing
+                    may = len(some) * SLICE / max(time.perf_counter() - began, 1e-6)
+                    sizes[index] = min(max(int(may), FEWEST), FASTER * len(some))
                 yield None
         known = ~np.isnan(degrees)
         errors = degrees[known].astype(np.float64)
@@ -73,12 +81,12 @@ def heat_of(rays: RayMap, assets: Mapping[str, Asset], reflectors: tuple[Instanc
         yield Heat(_filled(degrees, rays.reflector, stride), rays.reflector, float(share), float(mean), measured(errors))
 
 
-def _errors(rays: RayMap, pixels: np.ndarray, asset: Asset, job: BakeJob) -> np.ndarray:
+def _errors(rays: RayMap, pixels: np.ndarray, asset: Asset, program: Program, job: BakeJob) -> np.ndarray:
     """(N,) degrees. pixels: flat indices."""
     origin, direction, normal = (getattr(rays, name).reshape(-1, 3)[pixels] for name in ("origin", "direction", "normal"))
     some = Rays(lifted(origin, normal, job.scene.diagonal()), direction)
     truth = with_lamps(job.trace(some), some, job.scene, job.intersect)
-    return errors_of(asset, Sample(some, truth, np.zeros(len(some))))[0]
+    return errors_of(asset, Sample(some, truth, np.zeros(len(some))), program=program)[0]
 
 
 def _filled(degrees: np.ndarray, reflector: np.ndarray, stride: int) -> np.ndarray:
