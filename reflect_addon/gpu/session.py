@@ -4,6 +4,7 @@ Operators fill it; app handlers mark it dirty; `refresh` (a timer, never a draw 
 callback alone touches the GPU.
 """
 
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -51,6 +52,11 @@ class ViewportSession:
     def set_assets(self, method: str, assets: dict[str, Asset], surfaces: Asset | None = None):
         """Show another method (or "" for none). Clears an earlier failure."""
         self.method, self.assets, self.surfaces, self.message, self.dirty = method, dict(assets), surfaces, "", True
+
+    def give_up(self, error: Exception):
+        """Drawing failed: no more until the next set_assets."""
+        self.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
+        traceback.print_exc()
 
     def set_wipe(self, wipe: Wipe | None):
         """Show another method right of a line, or (None) no more."""

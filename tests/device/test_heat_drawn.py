@@ -18,10 +18,10 @@ SIZE = (96, 64)
 @pytest.fixture
 def shown(device, monkeypatch):
     """A session on a mirror ball beside a crate, with an environment map of one colour; draws as Blender would, turns as its timer would."""
-    from reflect_addon.gpu import handler, heat, session
+    from reflect_addon.gpu import handler, heat, judging, session
 
     monkeypatch.setattr(heat, "REST", 0.0)
-    monkeypatch.setattr(handler, "_viewports", lambda: [(area, SimpleNamespace(as_pointer=lambda: 7))])
+    monkeypatch.setattr(judging, "viewports", lambda: [(area, SimpleNamespace(as_pointer=lambda: 7))])
     redraws = []
     area = SimpleNamespace(tag_redraw=lambda: redraws.append(1))
     snapshot = scenes.snapshot(
@@ -55,13 +55,12 @@ def shown(device, monkeypatch):
             if redraws:
                 redraws.clear()
                 draw()
-            if handler._measure() is None and not redraws:
+            if judging.measure() is None and not redraws:
                 return draw()
         raise AssertionError("it never ends")
 
-    yield SimpleNamespace(draw=draw, rest=rest, view=view, handler=handler, redraws=redraws, snapshot=snapshot)
-    if handler.bpy.app.timers.is_registered(handler._measure):
-        handler.bpy.app.timers.unregister(handler._measure)
+    yield SimpleNamespace(draw=draw, rest=rest, view=view, handler=handler, judging=judging, redraws=redraws, snapshot=snapshot)
+    judging.stop()
     session.end_all()
     screen.free()
 
@@ -121,7 +120,7 @@ def test_it_waits_for_rest(shown, monkeypatch):
 
     monkeypatch.setattr(heat, "REST", 3600.0)
     shown.draw()
-    assert shown.handler._measure() == heat.PAUSE and not heat_of(shown).due and not shown.redraws
+    assert shown.judging.measure() == heat.PAUSE and not heat_of(shown).due and not shown.redraws
 
 
 def test_off_it_costs_nothing(shown):
@@ -131,7 +130,7 @@ def test_off_it_costs_nothing(shown):
     shown.draw()
     after = shown.view.current_renderer().counts()
     assert {k: after[k] - before[k] for k in ("uploads", "compiles", "allocations", "readbacks")} == dict.fromkeys(("uploads", "compiles", "allocations", "readbacks"), 0)
-    assert not shown.view.heats and shown.handler._measure() is None
+    assert not shown.view.heats and shown.judging.measure() is None
 
 
 def test_what_fails_while_measuring_is_said_once(shown, monkeypatch, capsys):
@@ -142,6 +141,6 @@ def test_what_fails_while_measuring_is_said_once(shown, monkeypatch, capsys):
 
     monkeypatch.setattr(heat.ViewHeat, "work", broken)
     shown.draw()
-    assert shown.handler._measure() is not None and "broken on purpose" in shown.view.message
-    assert shown.handler._measure() is None
+    assert shown.judging.measure() is not None and "broken on purpose" in shown.view.message
+    assert shown.judging.measure() is None
     capsys.readouterr()
