@@ -81,7 +81,7 @@ def test_a_slice_takes_as_long_as_it_may(scene, monkeypatch):
     monkeypatch.setattr(heating, "_errors", slow)
     list(heat_of(rays, {"": asset}, found.reflectors(), job_of))
     assert sizes[0] == 1 and max(b / max(sizes[: n + 1]) for n, b in enumerate(sizes[1:])) <= heating.FASTER
-    assert max(sizes) == FEWEST > 1000 * heating.SLICE
+    assert FEWEST <= max(sizes) <= 1000 * heating.SLICE
 
 
 def test_what_is_drawn_or_missing_has_nothing_to_measure(scene):

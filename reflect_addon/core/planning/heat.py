@@ -28,7 +28,7 @@ STEP = 4  # px of the picture, along each side, that share a ray
 STRIDES = (8, 4, 2, 1)  # of the rays that each round adds, along each side
 SLICE = 0.06  # s
 # Rays of a slice, whatever it takes: a kernel of thousands of nodes costs 0.08 s for 32 rays, 0.11 for 128 and 0.25 for 7,000 (`contact`, depth maps).
-FEWEST = 64
+FEWEST = 32
 FASTER = 4  # times as many rays as in the slice before, at most; the first has one, since what rays meet is made ready when it is first met
 
 
