@@ -1,5 +1,5 @@
-"""Runs inside a real Blender window: a ball in the room of native_room.py, with a crate before the wall, judged by mouse: the map of errors, and what it does
-when the view, the scene and the method change; see artist.py."""
+"""Runs inside a real Blender window: a ball in the room of native_room.py with its lantern, judged by mouse: the map of errors, and what it does when the view,
+the scene and the method change; a wipe against another method and against the truth; outlines of stand-ins; see artist.py."""
 
 import subprocess
 import sys
@@ -150,7 +150,7 @@ def against_the_truth(area, box):
     picture("12-truth-elsewhere")
     space.region_3d.view_camera_zoom -= 4
     yield from key("Escape")
-    assert state().wipe is None and changed(picture("12-ended"), box) < FEW
+    assert state().wipe is None and changed(picture("12-truth-ended"), box) < FEW
 
 
 def outlined(space):
