@@ -126,6 +126,14 @@ def parser() -> argparse.ArgumentParser:
     draw.add_argument("--out", type=Path, required=True, metavar="DIR")
     draw.set_defaults(json_progress=True)
 
+    # As well: for a window, which compares the view of another process with its own.
+    view = verbs.add_parser("trace-view", description="Trace the mirror rays of a window's view.")
+    view.add_argument("file", nargs="?", type=Path, metavar="COPY.blend")
+    view.add_argument("--scene", metavar="NAME")
+    view.add_argument("--view", type=Path, required=True, metavar="VIEW.json")
+    view.add_argument("--out", type=Path, required=True, metavar="FILE.npy")
+    view.set_defaults(json_progress=True)
+
     for verb in verbs.choices.values():
         verb.add_argument("--debug", action="store_true", help="show where an unexpected error came from")
     return top

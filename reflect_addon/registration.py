@@ -12,14 +12,16 @@ from .ops import (
     focus_here,
     mark,
     open_folder,
+    plan_lock,
     plan_preset,
     plan_row,
     refresh,
     remove_from_materials,
     use_in_materials,
+    wipe,
 )
 from .scene import handlers, live, properties
-from .ui import map_preview, method_settings, native, panel, preferences, settings
+from .ui import map_preview, method_settings, native, overlays, panel, preferences, settings
 from .ui import plan as plan_panel
 
 CLASSES = (
@@ -37,9 +39,12 @@ CLASSES = (
     delete_assets.REFLECT_OT_delete_assets,
     plan_preset.REFLECT_OT_plan_preset,
     plan_row.REFLECT_OT_plan_row,
+    plan_lock.REFLECT_OT_plan_lock,
+    wipe.REFLECT_OT_wipe,
     panel.REFLECT_PT_main,
     plan_panel.REFLECT_PT_plan,
     native.REFLECT_PT_native,
+    overlays.REFLECT_PT_overlays,
     panel.REFLECT_PT_found,
     panel.REFLECT_PT_settings,
     panel.REFLECT_PT_advanced,
@@ -96,6 +101,7 @@ def _look_soon():
 
 def _stop():
     bake.stop()
+    wipe.stop()
     if bpy.app.timers.is_registered(_look):
         bpy.app.timers.unregister(_look)
 

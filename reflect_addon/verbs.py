@@ -136,6 +136,19 @@ def draw_eevee(arguments) -> None:
     _print(arguments, json.dumps({"done": [str(arguments.out)]}))
 
 
+def trace_view(arguments) -> None:
+    """The truth of a window's view (scene/view_truth.py)."""
+    from .evaluation.frame import open_frame
+    from .scene import view_truth
+    from .scene.raytrace import trace
+
+    scene, camera = _scene(arguments), view_truth.view_in(arguments.view)
+    with open_frame(scene, None) as snapshot:
+        picture = view_truth.trace_view(snapshot, camera, view_truth.SAMPLES, partial(trace, scene=scene), _json_progress(arguments))
+    view_truth.write_picture(arguments.out, picture)
+    _print(arguments, json.dumps({"done": [str(arguments.out)]}))
+
+
 def report(arguments) -> None:
     from .evaluation.report import report as write
 

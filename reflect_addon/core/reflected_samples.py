@@ -22,6 +22,11 @@ CHOICES = 8
 VIEW = 1.0
 
 
+def lifted(origin: np.ndarray, normal: np.ndarray, diagonal: float) -> np.ndarray:
+    """(N, 3) float32: points on reflectors, moved off them along their normals, so that rays do not meet what they start on."""
+    return (origin + normal * LIFT * diagonal).astype(np.float32)
+
+
 def reflected(job: BakeJob, count: int = COUNT, seed: int = 7) -> tuple[Rays, Hits]:
     """(rays from the reflector's surface, what they meet first, the reflector itself included).
 

@@ -58,13 +58,14 @@ def analyse_scene(scene: bpy.types.Scene, settings: dict[str, object] | None = N
 
 
 def _plan(scene, snapshot, folder, settings: dict, planned: bool) -> Plan | None:
+    try:
+        earlier = plan_in(folder)
+    except ReflectError:
+        earlier = None
     if not planned:
-        try:
-            return plan_in(folder)
-        except ReflectError:
-            return None
+        return earlier
     goal = Goal.of(settings_for(registry.AUTO, settings))
-    return plan(scene, snapshot, goal, settings, lambda share, text: None)[0]
+    return plan(scene, snapshot, goal, settings, lambda share, text: None, earlier=earlier)[0]
 
 
 def _method(name: str, snapshot, folder, settings: dict) -> dict:

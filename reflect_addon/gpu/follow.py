@@ -90,6 +90,11 @@ class Followers:
             images[name] = read_texture(self.textures.texture(name, array), self.counts).astype(array.dtype)
         return replace(self._states[id(asset)][1].asset, images={**asset.images, **images})
 
+    def placed(self, asset: Asset) -> Asset:
+        """The asset with its table as it is on the GPU; nothing is read back."""
+        table = self._shown.get(id(asset))
+        return asset if table is None else replace(asset, images={**asset.images, "billboard_buf": table})
+
     def bytes(self) -> int:
         """Memory on the GPU besides the assets' own."""
         return sum(held.bytes for held in (self._target, self._texels, *(b for _, b in self._buffers.values())) if held)

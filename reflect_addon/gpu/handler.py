@@ -5,14 +5,13 @@ App handlers mark sessions dirty and start a timer; the timer walks the scene (b
 depsgraph walked, while drawing); the callback uploads what the timer brought, once, and otherwise only draws.
 """
 
-import traceback
-
 import bpy
 from bpy.app.handlers import persistent
 
 from ..core.background import background_of
 from ..scene.camera import viewport_camera
 from ..scene.viewport_source import shading_of, why_not
+from . import judging
 from . import session as viewport_session
 from .program import forget_programs
 from .viewport_views import ViewportViews, is_drawing
@@ -41,15 +40,13 @@ def draw(context) -> bool:
             camera = viewport_camera(context.region, context.region_data)
             behind = background_of(renderer.assets, renderer.snapshot, camera) if found.background else None
             renderer.mirrors.viewport = _views_of(found, context)
-            renderer.draw_overlay(camera, DEPTH_BIAS, behind)
+            own, other = judging.sides_of(found, camera)
+            renderer.draw_overlay(camera, DEPTH_BIAS, behind, own)
+            judging.draw_beside(found, renderer, camera, DEPTH_BIAS, other)
+            judging.draw_over(found, renderer, camera, DEPTH_BIAS, own, context)
     except Exception as error:  # whatever it is, a draw callback that raises does so at every redraw
-        _give_up(found, error)
+        found.give_up(error)
     return behind is not None
-
-
-def _give_up(found, error: Exception):
-    found.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
-    traceback.print_exc()
 
 
 def _views_of(found, context) -> ViewportViews | None:
@@ -59,18 +56,10 @@ def _views_of(found, context) -> ViewportViews | None:
         return None
     if why_not(context.space_data, context.region_data, context.scene.render.engine):
         return None
-    found.keep_views(region.as_pointer() for _area, region in _viewports())
+    found.keep_views(region.as_pointer() for _area, region in judging.viewports())
     views = found.views.setdefault(context.region.as_pointer(), ViewportViews())
     views.state = found.walks, shading_of(context.space_data)
     return views
-
-
-def _viewports():
-    """(area, region) of every 3D view's picture."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                yield from ((area, region) for region in area.regions if region.type == "WINDOW")
 
 
 def has_surfaces(space) -> bool:
@@ -89,16 +78,19 @@ def _on_draw():
 
 
 def _on_drawn():
-    """Blender has drawn a 3D view: now it may draw what the view's mirrors show."""
+    """Blender has drawn a 3D view: now it may draw what the view's mirrors show, and words go over all."""
     context = bpy.context
     found = viewport_session.session(context.scene.name)
-    views = found.views.get(context.region.as_pointer()) if found is not None and not found.message else None
-    if views is None or is_drawing():
+    if found is None or found.message or is_drawing():
         return
+    views = found.views.get(context.region.as_pointer())
     try:
-        views.draw(context.scene, context.view_layer, context.space_data, context.region)
+        if has_surfaces(context.space_data):
+            judging.draw_labels(found, context.region)
+        if views is not None:
+            views.draw(context.scene, context.view_layer, context.space_data, context.region)
     except Exception as error:  # as in draw
-        _give_up(found, error)
+        found.give_up(error)
 
 
 def _tell_panels(area, background: bool):
@@ -113,7 +105,7 @@ def _tell_panels(area, background: bool):
 def _refresh():
     # Not `or`: every session is to be refreshed.
     if any([s.refresh() | s.unsettled for s in viewport_session.sessions()]):
-        for area, _region in _viewports():
+        for area, _region in judging.viewports():
             area.tag_redraw()
 
 
@@ -170,5 +162,6 @@ def unregister():
             handlers.remove(function)
     if bpy.app.timers.is_registered(_refresh):
         bpy.app.timers.unregister(_refresh)
+    judging.stop()
     viewport_session.end_all()
     forget_programs()

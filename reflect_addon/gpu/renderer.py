@@ -6,6 +6,7 @@ after that uploads and compiles nothing.
 
 from collections.abc import Callable
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,15 +23,18 @@ from .device import ensure
 from .follow import Followed, Followers
 from .level_targets import Seen
 from .levels import Levels
+from .program import Program
 from .raymap import RayMapPass
 from .resolve import Resolve, ResolvePlan
 from .resolve_tables import LookTexture, MaterialTable
-from .state import drawing_state
+from .state import drawing_state, scissored
 from .targets import RayMapTarget, ReflectionTarget
 from .texture_cache import TextureCache
 from .timing import Work
-from .upload import MeshBuffer, read_texture, triangle_batch
+from .upload import MeshBuffer, read_texture, texture_from, triangle_batch
 from .view import View
+
+Window = tuple[int, int, int, int]
 
 
 def registered_kernel(kind: str) -> Callable:
@@ -133,6 +137,10 @@ class Renderer:
         """One of this renderer's assets as it stands on the GPU, read back: it may have followed what moved."""
         return self._followers.asset(asset)
 
+    def asset_placed(self, asset: Asset) -> Asset:
+        """The same, but for its images: where its stand-ins are."""
+        return self._followers.placed(asset)
+
     def prepare(self, overlay: bool = False):
         """Upload and compile everything now, seen or not, so that moving the camera never does, nor the first thing that
         moves."""
@@ -154,6 +162,16 @@ class Renderer:
         with drawing_state():
             self._draw_rays(camera)
             return self._rays.read(self.reflector_names, self._counts)
+
+    def coarse_ray_map(self, camera: Camera, step: int) -> RayMap:
+        """The rays of every step-th pixel along each side, read back; what is kept for whole pictures stays as it is."""
+        width, height = -(-camera.width // step), -(-camera.height // step)
+        whole = replace(camera.part(0, 0, step * width, step * height), width=width, height=height)
+        target = RayMapTarget(width, height, self._counts)
+        with drawing_state() as gpu:
+            self._view.set(whole)
+            self._raymap.draw(self._view, target, gpu)
+            return target.read(self.reflector_names, self._counts)
 
     @contextmanager
     def _footprints(self, wanted: bool):
@@ -199,28 +217,44 @@ class Renderer:
                 self.gpu, self._batch, self._rays, answers, self._materials, self._look, space, background, self._bounds(camera)
             )
 
-    def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5, background: Asset | None = None):
+    def draw_overlay(self, camera: Camera, depth_bias: float = 1e-5, background: Asset | None = None, window: Window | None = None):
         """Draw the reflectors into the framebuffer that is bound, against its depth; see glsl/overlay.frag.glsl. Behind them
-        what the asset `background` answers, over all that is there."""
+        what the asset `background` answers, over all that is there. window: (x, y, width, height) px, nothing outside it is drawn."""
         with drawing_state() as gpu:
             self._draw_rays(camera, background)
             answers = self._draw_answers(camera, False, background)
+            if background is not None:
+                with scissored(gpu, window):
+                    gpu.state.blend_set("ALPHA_PREMULT")
+                    gpu.state.depth_test_set("NONE")
+                    self._resolve.draw_background(self._batch, self._rays, answers, self._look)
+            self.draw_answers(camera, depth_bias, answers, window)
+
+    def draw_answers(self, camera: Camera, depth_bias: float, answers: ReflectionTarget, window: Window | None = None):
+        """draw_overlay's last step: the reflectors with these answers to the rays that were drawn last, which must be this camera's."""
+        if self._raymap.sections:
+            bind = lambda shader: self._resolve.bind_overlay(shader, self._rays, answers, self._materials, self._look)
+            self.draw_surfaces(camera, depth_bias, self._resolve.overlay_program(), bind, window)
+
+    def target_of(self, picture: np.ndarray) -> ReflectionTarget:
+        """Answers from elsewhere, (H, W, 4): scene-linear radiance and coverage. They do not fade with distance."""
+        target = ReflectionTarget(picture.shape[1], picture.shape[0], self._beside(False), self._counts)
+        target.clear()
+        target.radiance_tx = texture_from("answers_tx", picture, self._counts)
+        return target
+
+    def draw_surfaces(
+        self, camera: Camera, depth_bias: float, shader: Program, bind: Callable[[Program], object], window: Window | None = None
+    ):
+        """The reflectors again, into the framebuffer that is bound and against its depth, by a program of raymap.surface_info's; bind sets
+        what it needs besides. window: as draw_overlay's."""
+        with drawing_state() as gpu, scissored(gpu, window):
             self._view.set(camera, depth_bias)
             gpu.state.depth_mask_set(False)
             gpu.state.face_culling_set("NONE")
             gpu.state.blend_set("ALPHA_PREMULT")
-            if background is not None:
-                gpu.state.depth_test_set("NONE")
-                self._resolve.draw_background(self._batch, self._rays, answers, self._look)
             gpu.state.depth_test_set("LESS_EQUAL")
-            if self._raymap.sections:
-                self._raymap.draw_sections(
-                    self._view,
-                    self._resolve.overlay_program(),
-                    lambda shader: self._resolve.bind_overlay(
-                        shader, self._rays, answers, self._materials, self._look
-                    ),
-                )
+            self._raymap.draw_sections(self._view, shader, bind)
 
     def _draw_rays(self, camera: Camera, background: Asset | None = None):
         if self._rays is None or (self._rays.width, self._rays.height) != (camera.width, camera.height):

@@ -4,6 +4,7 @@ Operators fill it; app handlers mark it dirty; `refresh` (a timer, never a draw 
 callback alone touches the GPU.
 """
 
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -11,8 +12,12 @@ from ..core.asset import Asset
 from ..core.errors import ReflectError
 from ..core.look import Look
 from ..core.snapshot import SceneSnapshot
+from ..scene.wipe import Wipe
+from .heat import ViewHeat
+from .outlines import OutlineBatch
 from .renderer import Renderer, registered_kernel
 from .viewport_views import ViewportViews
+from .wipe import TruthPicture
 
 
 @dataclass
@@ -27,6 +32,13 @@ class ViewportSession:
     attenuation: float | None = None  # half distance, m
     mirrors_viewport: bool = False  # planar mirrors show the viewport's own shading, where they can
     views: dict[int, ViewportViews] = field(default_factory=dict)  # by the address of a 3D view's region: what its mirrors show of it
+    shows_error: bool = False  # a map of errors lies over the picture, once it is measured
+    shows_outlines: bool = False  # what stands for the scene in the active reflector is outlined
+    outlines: dict[str, OutlineBatch] = field(default_factory=dict)  # by that reflector
+    heats: dict[int, ViewHeat] = field(default_factory=dict)  # by the address of a 3D view's region: its map
+    wipe: Wipe | None = None  # another method, right of a line
+    other: "ViewportSession | None" = None  # what draws that
+    truth: TruthPicture | None = None  # or this, where it is no method
     background: bool = False  # draw the background from the assets, too, where one holds the view's eye
     kernel: Callable[[str], Callable] = registered_kernel
     dirty: bool = True  # the scene changed since the last refresh
@@ -41,6 +53,24 @@ class ViewportSession:
         """Show another method (or "" for none). Clears an earlier failure."""
         self.method, self.assets, self.surfaces, self.message, self.dirty = method, dict(assets), surfaces, "", True
 
+    def give_up(self, error: Exception):
+        """Drawing failed: no more until the next set_assets."""
+        self.message = f"Reflections are off: {error} Choose a method again to retry; details are on the console."
+        traceback.print_exc()
+
+    def set_wipe(self, wipe: Wipe | None):
+        """Show another method right of a line, or (None) no more."""
+        if wipe is not self.wipe:
+            if self.other is not None:
+                _retired.append(self.other)
+            self.wipe, self.other = wipe, None
+            self.truth = TruthPicture(wipe.truth) if wipe is not None and wipe.truth else None
+            if wipe is not None and wipe.truth is None:
+                self.other = ViewportSession(self.snapshot_of, self.look_of, kernel=self.kernel)
+                self.other.set_assets(wipe.method, wipe.assets, wipe.surfaces)
+        if self.other is not None:
+            self.other.attenuation, self.other.dirty = self.attenuation, True
+
     def shows_others(self, method: str, assets: dict[str, Asset]) -> bool:
         """Whether this would be another method, or assets with other images: something to be uploaded and compiled."""
         same = method == self.method and assets.keys() == self.assets.keys()
@@ -50,6 +80,9 @@ class ViewportSession:
         """Walk the scene if it changed. True when there is something new to draw. Not from a draw callback.
 
         A ReflectError becomes the message and turns drawing off until the next set_assets."""
+        if self.other is not None:
+            self.other.dirty |= self.dirty
+            self.other.refresh()
         if not self.method or self.message or not self.dirty:
             return False
         self.dirty = False
@@ -89,7 +122,8 @@ class ViewportSession:
         due."""
         if not self.method or self.message or self._renderer is None:
             return False
-        return not self._renderer.settled or any(not views.settled for views in self.views.values())
+        beside = self.other is not None and self.other.unsettled
+        return beside or not self._renderer.settled or any(not views.settled for views in self.views.values())
 
     def keep_views(self, regions):
         """Let go of the pictures of all 3D views but those at these addresses. Only where drawing is allowed."""
@@ -99,6 +133,9 @@ class ViewportSession:
     def free(self):
         """Let go of the GPU's memory; the next refresh starts anew."""
         self.keep_views(())
+        self.heats, self.outlines = {}, {}
+        if self.other is not None:
+            self.other.free()
         if self._renderer is not None:
             self._renderer.free()
         self._renderer, self._pending, self.dirty = None, None, True

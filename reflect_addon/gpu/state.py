@@ -6,6 +6,19 @@ from .device import ensure
 
 
 @contextmanager
+def scissored(gpu, window: tuple[int, int, int, int] | None):
+    """Draws only within window (x, y, width, height) px of the framebuffer that is bound; everywhere where that is None."""
+    try:
+        if window is not None:
+            gpu.state.scissor_set(*window)
+            gpu.state.scissor_test_set(True)
+        yield
+    finally:
+        if window is not None:
+            gpu.state.scissor_test_set(False)
+
+
+@contextmanager
 def drawing_state():
     """Restores what Blender lets us read (blend, depth test and mask, viewport, framebuffer) and puts what it does not
     (culling, colour mask) back to Blender's defaults; also when the body raises. Unbinds our shader."""

@@ -47,7 +47,7 @@ def bake_auto(
     earlier = _earlier(below)
     if earlier and not again and earlier.is_for(goal, snapshot.geometry_hash, words(settings) + words(by_hand(scene, chosen)), names):
         return _bake_planned(earlier, names, below, bake, say)
-    made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen)
+    made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen, earlier)
     for sentence in made.warnings:
         say(PLANNING, f"Warning: {sentence}")
     proved = _bake_and_prove(snapshot, choices, goal, below, bake, lambda s, t: say(PLANNING + (1 - PLANNING) * s, t))

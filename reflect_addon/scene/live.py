@@ -24,6 +24,7 @@ from .loaded import Loaded, load
 from .places import adopt_unsaved, assets_of, user_folder
 from .properties import by_hand
 from .snapshot import take_snapshot
+from .wipe import Wipe, baked_methods
 
 SOONEST = 0.02  # s from a change to the next reading of the scene
 SHARE = 2.0  # times the last reading's duration: at most a third of the window's time goes into reading
@@ -42,6 +43,8 @@ class Live:
         self.read_seconds = 0.0
         self.loaded = Loaded()
         self.folder: Path | None = None  # of the scene's assets
+        self.baked: tuple[str, ...] = ()  # methods that have assets there
+        self.wipe: Wipe | None = None  # another method beside the scene's own
         self._joined: dict[tuple[int, ...], Asset | None] = {}
         self._asked: dict[str, object] = {}  # settings of the scene's method and those it requires, as they are now
         self._focused: tuple[tuple, dict[str, Asset]] = ((), {})  # what `shown` was asked and answered last
@@ -54,6 +57,7 @@ class Live:
         self.bake_error = ""
         self.read_error = ""
         self.draw_error: Callable[[], str] = str  # why the viewport stopped drawing, "" while all is well
+        self.heat_of: Callable[[int], object | None] = lambda region: None  # the map of errors (gpu/heat.py) of a 3D view, by its region's address
 
     def has_nothing_to_bake(self) -> bool:
         """Known to have no reflector; False while nothing is known."""
@@ -81,6 +85,9 @@ class Live:
         self._joined, self._focused, self.folder = {}, ((), {}), assets_of(scene)
         self.loaded = load(scene.reflect.method, self.folder) if is_on(scene) else Loaded(scene.reflect.method)
         self.problems = self.loaded.problems
+        self.baked = tuple(baked_methods(self.folder))
+        if not is_on(scene):
+            self.wipe = None
         if self.changed and is_on(scene):
             self.look(scene)
         else:

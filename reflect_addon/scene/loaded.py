@@ -12,6 +12,7 @@ from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan
 from .freshness import has_settings
 from .load import PLANNED, plan_in
+from .properties import KEPT
 
 
 @dataclass(frozen=True)
@@ -34,10 +35,12 @@ class Loaded:
         return methods.with_required([method]) if method in methods.names() else ()
 
     def is_as_asked(self, reflector: str, found: Sequence[Asset], asked: dict[str, object], by_hand: str | None) -> bool:
-        """Whether a bake with these settings would make the reflector's assets, which are `found`. by_hand: the method that was chosen for it, None: what a
+        """Whether a bake with these settings would make the reflector's assets, which are `found`. by_hand: properties.by_hand's, None: what a
         plan takes."""
         if self.plan is None:
             return all(has_settings(asset, asked) for asset in found)
+        if by_hand == KEPT:
+            return True
         row = self.plan.row_of(reflector)
         return Goal.of(asked) == self.plan.goal and (row.method == by_hand if by_hand else not row.by_hand)
 

@@ -26,8 +26,10 @@ def number_of(name: str) -> int:
 
 
 # What a plan may be overruled by.
+KEPT = "KEPT"
 STAND_INS = (
     ("AUTO", "As Planned", "The cheapest that is good enough", 0),
+    (KEPT, "As It Is", "What it has now, with the same settings, whenever a plan is made", number_of(KEPT)),
     *((m.NAME, m.LABEL, f"{m.LABEL}, whatever the plan would take", number_of(m.NAME)) for m in map(methods.get, methods.gathering())),
 )
 
@@ -47,14 +49,14 @@ def mark_of(obj: bpy.types.Object) -> str:
 
 
 def stand_in_of(obj: bpy.types.Object) -> str:
-    """The method that was chosen for an object by hand; AUTO leaves it to the plan."""
+    """The method that was chosen for an object by hand, or KEPT: that of the last plan; AUTO leaves it to the plan."""
     return getattr(obj, "reflect_stand_in", "AUTO")
 
 
 def by_hand(scene: bpy.types.Scene, reflectors: Sequence[Instance]) -> dict[str, str]:
-    """Object -> method that a user chose for it; without those that are left to the plan."""
+    """Object -> method that a user chose for it, or KEPT; without those that are left to the plan."""
     objects = (scene.objects.get(name) for name in dict.fromkeys(r.object_name for r in reflectors))
-    return {obj.name: stand_in_of(obj) for obj in objects if obj is not None and stand_in_of(obj) in methods.gathering()}
+    return {obj.name: stand_in_of(obj) for obj in objects if obj is not None and stand_in_of(obj) in (KEPT, *methods.gathering())}
 
 
 def _chosen_by_hand(obj: bpy.types.Object, _context) -> None:

@@ -5,6 +5,7 @@ import bpy
 from ..core import methods
 from ..core.methods import auto
 from ..scene import live
+from ..scene.properties import KEPT, stand_in_of
 from .panel import LISTED, Tab, sentence
 
 UNITS = {"degrees": "\N{DEGREE SIGN}", "pixels": " px"}
@@ -32,7 +33,11 @@ class REFLECT_PT_plan(Tab, bpy.types.Panel):
         for row in sorted(plan.rows, key=lambda row: -row.share)[:LISTED]:
             kept = not plan.goal.tolerance or row.measured <= plan.goal.tolerance
             text = f"{row.reflector}: {_label(row.method)}, {_error(row, plan.goal.unit)}"
-            column.operator("reflect.plan_row", text=text, icon="CHECKMARK" if kept else "ERROR").reflector = row.reflector
+            line = column.row(align=True)
+            line.operator("reflect.plan_row", text=text, icon="CHECKMARK" if kept else "ERROR").reflector = row.reflector
+            obj = scene.objects.get(row.reflector.partition("/")[0])
+            locked = obj is not None and stand_in_of(obj) == KEPT
+            line.operator("reflect.plan_lock", text="", icon="LOCKED" if locked else "UNLOCKED", depress=locked).reflector = row.reflector
         if len(plan.rows) > LISTED:
             column.label(text=f"and {len(plan.rows) - LISTED} more")
         chosen = context.object

@@ -7,10 +7,16 @@ import bpy
 from ..core import methods
 from ..scene import live
 from ..scene.properties import number_of
+from ..scene.wipe import TRUTH, TRUTH_LABEL
 from . import mirror_source
 from .method_settings import GROUPS, values_of
 
 OFF = ("OFF", "Off", "Show no reflections of Reflect's", 0)
+TRUTH_ITEM = (
+    TRUTH, TRUTH_LABEL, "What Cycles finds along the mirror rays of this view. Traced when the wipe starts, in another process; another view has none",
+    number_of(TRUTH),
+)  # fmt: skip
+NONE = ("NONE", "None", "No other method", 0)
 _items = []  # Blender keeps no reference to the strings of a dynamic enum
 
 
@@ -38,6 +44,17 @@ def _look_changed(self, _context):
     live.of(self.id_data).show(self.id_data)
 
 
+_baked = []  # as _items
+
+
+def baked_items(self, context):
+    """Of method_items those that have assets."""
+    global _baked
+    baked = live.of(self.id_data).baked
+    _baked = [NONE, TRUTH_ITEM, *(item for item in method_items(self, context) if item[0] in baked)]
+    return _baked
+
+
 class ReflectSceneSettings(bpy.types.PropertyGroup):
     method: bpy.props.EnumProperty(
         name="Method", description="How reflections are computed in the viewport", items=method_items, update=_method_changed
@@ -57,6 +74,21 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         description="Show all that is behind the reflectors from the light field, too, in place of the viewport's own shading. "
         "For views from inside its cell",
         update=_look_changed,
+    )
+    shows_error: bpy.props.BoolProperty(
+        name="Error",
+        description="Colour the reflectors by how far off their reflections are: the way from the point that should be seen to the one that is "
+        "shown, as an angle seen from the reflector. Measured while view and scene rest, coarse first",
+        update=_look_changed,
+    )
+    shows_outlines: bpy.props.BoolProperty(
+        name="Stand-Ins",
+        description="Outline what stands for the scene where the active reflector looks it up: the quads of billboards, what depth maps see and "
+        "whence, the box or the sphere that an environment lies on, the cell of a light field and its slabs",
+        update=_look_changed,
+    )
+    against: bpy.props.EnumProperty(
+        name="Against", description="What is shown beside the scene's own method: another one of those that are baked, or the truth", items=baked_items
     )
     source: bpy.props.EnumProperty(
         name="Mirrors Show",

@@ -37,10 +37,13 @@ def _display(scene: bpy.types.Scene, state: live.Live) -> None:
         session.set_session(scene.name, found)
     found.attenuation = scene.reflect.half_distance or None
     found.background = scene.reflect.background
+    found.shows_error = scene.reflect.shows_error
+    found.shows_outlines = scene.reflect.shows_outlines
     found.mirrors_viewport = mirror_source.is_viewport(scene.reflect)
-    others = found.shows_others(state.method, joined)
+    others = found.shows_others(state.method, joined) or (state.wipe is not None and state.wipe is not found.wipe)
+    found.set_wipe(state.wipe)
     found.set_assets(state.method, joined, state.surfaces)
-    state.draw_error = lambda: found.message
+    state.draw_error, state.heat_of = lambda: found.message or (found.other.message if found.other else ""), lambda region: found.heats.get(region)
     if others:
         # The driver may compile for seconds, in the first draw: the window says so before it stands still.
         _say(PREPARING)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 
-from reflect_addon.ui import native, panel, plan
+from reflect_addon.ui import native, overlays, panel, plan
 
 
 class _Recorder:
@@ -40,7 +40,7 @@ def drawn(**space):
     context = SimpleNamespace(
         scene=bpy.context.scene,
         object=bpy.context.object,
-        area=SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", width=64, height=48)]),
+        area=SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", width=64, height=48, as_pointer=lambda: 1)]),
         preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),  # 0 without a window
         region=SimpleNamespace(width=3000),
         space_data=SimpleNamespace(
@@ -50,7 +50,8 @@ def drawn(**space):
     seen = []
     for cls in (
         panel.REFLECT_PT_main, panel.REFLECT_PT_found, panel.REFLECT_PT_settings, panel.REFLECT_PT_advanced,
-        panel.REFLECT_PT_assets, native.REFLECT_PT_native, plan.REFLECT_PT_plan,
+        panel.REFLECT_PT_assets, native.REFLECT_PT_native, overlays.REFLECT_PT_overlays,
+        plan.REFLECT_PT_plan,
     ):  # fmt: skip
         if not hasattr(cls, "poll") or cls.poll(context):
             cls.draw(SimpleNamespace(layout=_Layout(seen)), context)

@@ -139,6 +139,44 @@ def test_what_is_chosen_by_hand_is_taken(hall):
         assert plan(scene, snapshot, Goal(1.0), {}, silent)[0].row_of("Far").method != "sphere_proxy"
 
 
+def test_what_is_locked_keeps_its_stand_in_and_settings(hall):
+    """Whatever is asked for now, and whatever the scene has become; unlocked it is left to the plan again."""
+    scene = bpy.context.scene
+    small = {"resolution": 32, "texels": 32, "samples": 1}
+    with object_properties(), open_frame(scene, None) as snapshot:
+        made, _ = plan(scene, snapshot, Goal(1.0), small, silent)
+        far = made.row_of("Far")
+        assert far.method != "environment"
+        scene.objects["Far"].reflect_stand_in = "KEPT"
+        loose = {"resolution": 64, "samples": 1}
+        kept, choices = plan(scene, snapshot, Goal(90.0), loose, silent, earlier=made)
+        row = kept.row_of("Far")
+        assert kept.row_of("Near").method == "environment" and row.method == far.method and row.by_hand and "kept as it is" in row.reason
+        assert row.own_settings().items() >= {**far.own_settings(), "resolution": 32, "texels": 32}.items()
+        assert all(c.errors is None for c in choices[[r.reflector for r in kept.rows].index("Far")].candidates[1:])
+        again, _ = plan(scene, snapshot, Goal(90.0), loose, silent, earlier=kept)
+        assert again.row_of("Far").settings == row.settings, "however often"
+        assert plan(scene, snapshot, Goal(90.0), loose, silent)[0].row_of("Far").method == "environment", "nothing is known that it could keep"
+        scene.objects["Far"].reflect_stand_in = "AUTO"
+        assert plan(scene, snapshot, Goal(90.0), loose, silent, earlier=kept)[0].row_of("Far").method == "environment"
+
+
+def test_a_bake_for_another_goal_leaves_what_is_locked_on_disk(hall):
+    scene, folder = bpy.context.scene, hall.parent / "reflect"
+    settings = {"resolution": 32, "texels": 32, "samples": 1}
+    with object_properties(), open_frame(scene, None) as snapshot:
+        bake_auto(scene, snapshot, folder, settings=settings)
+        before = read_plan(folder / PLANNED).row_of("Far")
+        files = {p: p.stat().st_mtime_ns for p in (folder / PLANNED).glob(f"{before.method}-Far/*")}
+        scene.objects["Far"].reflect_stand_in = "KEPT"
+        bake_auto(scene, snapshot, folder, settings={**settings, "tolerance": 90.0})
+        after = read_plan(folder / PLANNED)
+        assert after.goal.tolerance == 90 and after.row_of("Near").method == "environment"
+        assert (after.row_of("Far").method, after.row_of("Far").settings) == (before.method, before.settings) and 0 <= after.row_of("Far").measured < 1
+        assert files and files == {p: p.stat().st_mtime_ns for p in (folder / PLANNED).glob(f"{before.method}-Far/*")}
+        assert load_assets(snapshot, methods.AUTO, folder)["Far"].kind == before.method
+
+
 def test_views_around_where_there_is_no_camera_and_nothing_reflective(hall):
     scene = bpy.context.scene
     scene.camera = None
@@ -216,6 +254,13 @@ def test_the_sidebar_shows_the_plan_and_is_overruled(sidebar):
     assert state.other_settings == ("Near", "Far")
     sidebar.reflect.auto.tolerance = 1.0
     assert not state.other_settings
+    assert bpy.ops.reflect.plan_lock(reflector="Far") == {"FINISHED"} and sidebar.objects["Far"].reflect_stand_in == "KEPT"
+    assert not state.other_settings
+    sidebar.reflect.auto.tolerance = 2.0
+    assert state.other_settings == ("Near",), "what is locked needs no bake for another goal"
+    sidebar.reflect.auto.tolerance = 1.0
+    assert bpy.ops.reflect.plan_lock(reflector="Far") == {"FINISHED"} and sidebar.objects["Far"].reflect_stand_in == "AUTO"
+    assert bpy.ops.reflect.plan_lock(reflector="nobody") == {"CANCELLED"}
     row = SimpleNamespace(reflector="Far")
     assert "cheapest" in REFLECT_OT_plan_row.description(bpy.context, row)
     assert "does not know" in REFLECT_OT_plan_row.description(bpy.context, SimpleNamespace(reflector="nobody"))

@@ -80,15 +80,18 @@ def key(name):
 
 
 def press(operator):
-    """Looks for an operator's button with the mouse, all over the sidebar, and clicks it; returns when it did (time.monotonic)."""
+    """Looks for an operator's button, or a property's by its path, with the mouse, all over the sidebar, and clicks it; returns when it did
+    (time.monotonic)."""
     window, area, *_ = desktop.view3d()
     sidebar = next(r for r in area.regions if r.type == "UI")
 
     def below_the_mouse():
         bpy.context.window_manager.clipboard = ""
         with bpy.context.temp_override(window=window, area=area, region=sidebar, screen=window.screen):
-            found = bpy.ops.ui.copy_python_command_button.poll() and bpy.ops.ui.copy_python_command_button()
-        return found == {"FINISHED"} and operator in bpy.context.window_manager.clipboard
+            for copy in (bpy.ops.ui.copy_python_command_button, bpy.ops.ui.copy_data_path_button):
+                if copy.poll() and copy() == {"FINISHED"} and operator in bpy.context.window_manager.clipboard:
+                    return True
+        return False
 
     for right in BUTTONS:
         for down in range(STEP, sidebar.height, STEP):

@@ -1,5 +1,5 @@
-"""Runs inside a real Blender window: Auto by mouse, in the room of native_room.py: a preset, the bake, the plan's table, a row, a choice by hand, the
-materials; see artist.py."""
+"""Runs inside a real Blender window: Auto by mouse, in the room of native_room.py: a preset, the bake, the plan's table, a lock, a row, a choice
+by hand, the materials; see artist.py."""
 
 import sys
 from pathlib import Path
@@ -29,6 +29,15 @@ def story():
 
     space.shading.type, space.overlay.show_overlays = "MATERIAL", True
     yield from settled("04-shown", ball, behind_in(ball, True))
+    yield from press("reflect.plan_lock")
+    scene().reflect.auto.tolerance = 90.0
+    yield from bake()
+    assert [one.method for one in state().loaded.plan.rows] == [row.method] and not state().other_settings
+    picture("05-locked")
+    yield from press("reflect.plan_lock")
+    assert scene().objects["Ball"].reflect_stand_in == "AUTO" and state().other_settings == ("Ball",)
+    scene().reflect.auto.tolerance = 1.0
+    yield from bake()
     yield from press("reflect.plan_row")
     assert bpy.context.view_layer.objects.active.name == "Ball"
     scene().objects["Ball"].reflect_stand_in = "environment"

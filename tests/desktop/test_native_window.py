@@ -33,3 +33,11 @@ def test_reflections_follow_and_old_assets_change_nothing():
 def test_auto_by_mouse():
     found = session("run_auto", "contact.blend")
     assert "07-removed" in found["steps"] and found["plan"]["measured"] <= 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_errors_are_seen_and_methods_compared_by_mouse():
+    found = session("run_heat", "contact.blend")
+    assert "19-none" in found["steps"]

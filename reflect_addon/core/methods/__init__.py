@@ -24,6 +24,7 @@ and may have
     VARIANTS: tuple[tuple[float, dict], ...]     settings that plans try beside those asked for, and the effort of each
     needless(tried, own) -> str                  why it shows nothing better than what a plan has tried (kind -> asset), as a sentence's end, or "";
                                                  own: whether the reflector's rays meet itself
+    outlines(asset) -> Outlines                  what it is in space, to be looked at (core/outlines.py)
     focused(asset, distance) -> Asset            the asset with another focal plane, in m from its middle (0: its own), sharing its
                                                  images; and distance_of(asset, point), which plane a point lies on
 """

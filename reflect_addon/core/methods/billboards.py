@@ -36,6 +36,7 @@ from ..glossy import glossy_of, is_on
 from ..job import BakeJob
 from ..kernel import Hit
 from ..mirrors import mirror_of
+from ..outlines import of_table as outlines  # noqa: F401  the method's own (methods/__init__.py)
 from ..remake import parts_of
 from ..row_search import Among, spans
 from ..snapshot import Instance, corners_of

@@ -16,6 +16,7 @@ from .. import box_fit, cubemap, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
+from ..outlines import of_room as outlines  # noqa: F401  the method's own (methods/__init__.py)
 from ..slab import exit_distance
 from . import environment
 

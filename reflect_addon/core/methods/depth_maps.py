@@ -29,6 +29,7 @@ from ..depth_refine import NOTHING, corners_of
 from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
+from ..outlines import of_table as outlines  # noqa: F401  the method's own (methods/__init__.py)
 from ..pull_push import continued
 from ..remake import parts_of
 from ..row_search import Among, spans

@@ -18,6 +18,7 @@ from .. import cubemap, distance_search, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
+from ..outlines import of_center as outlines  # noqa: F401  the method's own (methods/__init__.py)
 from ..settings import Setting
 from . import environment
 

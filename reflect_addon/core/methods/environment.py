@@ -24,6 +24,7 @@ from ..job import BakeJob
 from ..kernel import Hit, record, run_numpy
 from ..lamp_hits import with_lamps
 from ..metrics import median_relative
+from ..outlines import of_center as outlines  # noqa: F401  the method's own (methods/__init__.py)
 from ..rays import Rays
 
 NAME = "environment"

@@ -26,6 +26,7 @@ from ..depth_layers import Layer, layers_behind
 from ..job import BakeJob
 from ..kernel import Hit
 from ..kernel.values import Value
+from ..outlines import of_center as outlines  # noqa: F401  the method's own (methods/__init__.py)
 from ..settings import Setting
 from . import environment
 

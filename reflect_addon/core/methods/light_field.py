@@ -35,6 +35,7 @@ from ..light_field_reach import Reach, reach_of
 from ..light_field_refocus import distance_of, focused  # noqa: F401  the method's own (methods/__init__.py)
 from ..light_field_slab import Slab, bake_slab, filled
 from ..light_field_trace import SlabTracer
+from ..outlines import Outlines, of_box, of_rectangle
 from ..remake import parts_of
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
@@ -183,6 +184,17 @@ def report(asset: Asset) -> str:
         f"{u['rays'] / texels:.0%} of {texels:,} rays traced; {8 * own.bytes() / (cell.shape()[0] * cell.shape()[1]):.3g} bits a ray"
         f"{', block-compressed' if asset.options['coded'] else ''}{near}."
     )
+
+
+def outlines(asset: Asset) -> Outlines:
+    """The cell, the slabs' camera planes, and what shows what is near."""
+    cell = cell_of(asset)
+    found = of_box(-cell.half, cell.half, center=cell.center)
+    for face in cell.slabs:
+        axis, sign = face // 2, 1 - 2 * (face % 2)
+        plane = cell.center - sign * cell.half[axis] * np.eye(3)[axis]
+        found += of_rectangle(plane, *(side * np.eye(3)[(axis + n) % 3] for n, side in enumerate(cell.side(axis), 1)))
+    return found + (_companion(asset).outlines(asset) if "count" in asset.options else Outlines())
 
 
 def _before(earlier: Asset, cell: Cell, face: int) -> Slab:

@@ -14,6 +14,7 @@ from .. import cubemap, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
+from ..outlines import Outlines, of_center, of_sphere
 from ..weighted import weighted_median
 from . import environment
 
@@ -37,6 +38,12 @@ def fit_radius(environment_asset: Asset) -> float:
         return spaces.FAR
     distance = np.linalg.norm(points - environment_asset.uniforms["center"], axis=-1)
     return weighted_median(distance, weight)
+
+
+def outlines(asset: Asset) -> Outlines:
+    """The sphere, but for a bare sky."""
+    radius = asset.uniforms["sphere_radius"]
+    return of_center(asset) + (of_sphere(asset.uniforms["center"], radius) if radius < spaces.FAR else Outlines())
 
 
 def trace(k, asset, ray) -> Hit:

@@ -11,6 +11,7 @@ Limits. Errors of coarse texels are in what is measured, so that it is too much 
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from .. import methods
 from ..asset import Asset
 from ..asset_images import kind_of
 from ..job import BakeJob
-from ..kernel import Counts, record, run_numpy
+from ..kernel import Counts, Program, record, run_numpy
 from ..methods import environment
 from .errors import EXACT, Measured, in_unit, measured, ray_errors
 from .goal import PROMISED, Goal
@@ -83,19 +84,26 @@ def ladder() -> list[tuple[float, str, Changes]]:
 
 
 class Trial:
-    """The candidates of one reflector. job: its trace brings no light; asked(method) -> settings of the real bake; only: a method chosen by hand."""
+    """The candidates of one reflector. job: its trace brings no light; asked(method) -> settings of the real bake; only: a method chosen by hand; kept: the one
+    stand-in, (method, settings that differ), that may be taken."""
 
-    def __init__(self, seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = ""):
-        self.seen, self._job, self._asked, self._goal, self._only = seen, job, asked, goal, only
+    def __init__(self, seen: Seen, job: BakeJob, asked: Callable[[str], dict], goal: Goal, only: str = "", kept: tuple[str, Changes] | None = None):
+        self.seen, self._job, self._asked, self._goal, self._only, self._kept = seen, job, asked, goal, only, kept
         self._assets: dict[_Key, Asset] = {}
         self._paths: dict[_Key, float] = {}
         self._errors: dict[_Key, np.ndarray] = {}
         self._tried: dict[_Key, Candidate] = {}
-        self._base = 0.0
         self.unmet: tuple[str, ...] = ()  # names of objects that none of its rays meets
+
+    @cached_property
+    def _base(self) -> float:
+        """Work of a look-up of an environment map."""
+        return max(work_of(self._measured((environment.NAME, (), COARSER))[1]), 1.0)
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
         """In the order of ladder(). Where none keeps the tolerance the one that comes nearest is tried again with FINER texels."""
+        if self._kept is not None:
+            return self._as_it_is(say)
         found = list(self._climbed(say))
         best = min((c for c in found if c.errors), key=lambda c: (c.promised, c.errors.mean))
         if best.promised > self._goal.tolerance and best.method != environment.NAME and not self._is_small():
@@ -103,14 +111,19 @@ class Trial:
             found[found.index(best)] = self.tried(best.method, best.changes, FINER)
         return tuple(found)
 
+    def _as_it_is(self, say: Callable[[str], object]) -> tuple[Candidate, ...]:
+        method, changes = self._kept
+        say(method)
+        others = [Candidate(name, differ, pruned="it is kept as it is") for _, name, differ in ladder() if (name, differ) != self._kept]
+        return (self.tried(method, changes), *others)
+
     def _climbed(self, say: Callable[[str], object]) -> Iterator[Candidate]:
         enough = self._enough()
         alone = self._only or (environment.NAME if enough else "")
         met = set() if alone == environment.NAME else met_by(self._job, self.seen)
         self.unmet = tuple(sorted({i.object_name for i in (*self._job.scene.instances, *self._job.scene.lamps)} - met - {self.seen.reflector.object_name}))
-        self._base = max(work_of(self._measured((environment.NAME, (), COARSER))[1]), 1.0)
         own_share = _share(self.seen.planned, self.seen.reflector.object_name)
-        blind = self._goal.tolerance > 0 and own_share > 1 - PROMISED
+        blind = self._goal.tolerance > 0 and not self._only and own_share > 1 - PROMISED
         own, held, tried = self.seen.reflector.object_name in met, False, []
         for effort, method, changes in ladder():
             why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, *_), asset in self._assets.items()}, own)
@@ -200,11 +213,17 @@ class Trial:
         return self._assets[key]
 
 
-def errors_of(asset: Asset, sample: Sample, unit: str = "degrees") -> tuple[np.ndarray, Counts]:
-    """(degrees or pixels that the asset's answers to the sample's rays are off, (N,), the work that they were)."""
+def errors_of(asset: Asset, sample: Sample, unit: str = "degrees", program: Program | None = None) -> tuple[np.ndarray, Counts]:
+    """(degrees or pixels that the asset's answers to the sample's rays are off, (N,), the work that they were). program: program_of(asset), for those who
+    ask in many parts."""
     counts = Counts()
-    answer = run_numpy(record(methods.get(asset.kind).trace, asset), asset, sample.rays, counts=counts)
+    answer = run_numpy(program or program_of(asset), asset, sample.rays, counts=counts)
     return in_unit(ray_errors(answer, sample.truth, sample.rays), sample.pixel, unit), counts
+
+
+def program_of(asset: Asset) -> Program:
+    """Its method's kernel, recorded: as much time as a few hundred rays."""
+    return record(methods.get(asset.kind).trace, asset)
 
 
 def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object]:

@@ -53,8 +53,7 @@ class Row:
 
     def own_settings(self) -> dict[str, object]:
         """For a bake of this reflector. ValueError where they are none."""
-        given = {name: json.loads(value) for name, _, value in (word.partition("=") for word in self.settings)}
-        return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
+        return unworded(self.settings)
 
 
 @dataclass(frozen=True)
@@ -95,6 +94,12 @@ def row_of(choice: Choice) -> Row:
 def words(settings: dict[str, object]) -> tuple[str, ...]:
     """Settings as a plan keeps them."""
     return tuple(f"{name}={json.dumps(value)}" for name, value in sorted(settings.items()))
+
+
+def unworded(given: tuple[str, ...]) -> dict[str, object]:
+    """What `words` was made of. ValueError where it was not."""
+    found = {name: json.loads(value) for name, _, value in (word.partition("=") for word in given)}
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in found.items()}
 
 
 def write_plan(plan: Plan, folder: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from ..job import BakeJob
 from ..lamp_hits import with_lamps
 from ..rays import Hits, RayMap, Rays
-from ..reflected_samples import LIFT, sample_rays, seen_by_viewers
+from ..reflected_samples import lifted, sample_rays, seen_by_viewers
 from ..snapshot import Instance
 
 PLANNED, HELD_OUT = 1500, 1500  # rays of a reflector: a 95th percentile of so many is known to a hundredth of the rays
@@ -57,7 +57,7 @@ def seen_by_cameras(
         job = job_of(reflector)
         order = rng.permutation(len(origin))[: PLANNED + HELD_OUT]
         across = np.concatenate([_pixel_ways(m, mask) * s for m, mask, s in zip((*maps, *closer), masks, scales, strict=True)])[order]
-        start = (origin[order] + normal[order] * LIFT * job.scene.diagonal()).astype(np.float32)
+        start = lifted(origin[order], normal[order], job.scene.diagonal())
         found.append(_seen(job, Rays(start, direction[order].astype(np.float32)), sum(m.sum() for m in masks[: len(maps)]) / pixels, across))
     return found
 
