@@ -176,12 +176,11 @@ def test_what_decides_only_what_is_drawn_makes_nothing_old(ball, monkeypatch):
 
 
 def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
-    from reflect_addon.scene.freshness import inputs_hash
+    from reflect_addon.scene.freshness import items_now, remembering
     from reflect_addon.scene.places import assets_of
 
-    snapshot = live_state().snapshot
-    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[:1], {})
-    save_asset(environment(fresh), assets_of(bpy.context.scene) / "environment-Ball")
+    snapshot, asset = live_state().snapshot, environment()
+    save_asset(remembering(asset, snapshot, items_now(snapshot, asset), {}), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
     assert (live_state().missing, live_state().stale) == ((), ())
     bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))
@@ -194,13 +193,12 @@ def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
 def test_another_setting_makes_assets_old(ball):
     """Baked by the command line with its defaults: fresh here. A changed field says so, undo takes it back."""
     from reflect_addon.core.methods import environment as method
-    from reflect_addon.scene.freshness import inputs_hash
+    from reflect_addon.scene.freshness import items_now, remembering
     from reflect_addon.scene.places import assets_of
 
     snapshot, settings = live_state().snapshot, bpy.context.scene.reflect
-    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[:1], method.DEFAULTS)
-    asset = replace(environment(fresh), settings=dict(method.DEFAULTS))
-    save_asset(asset, assets_of(bpy.context.scene) / "environment-Ball")
+    asset = replace(environment(), settings=dict(method.DEFAULTS))
+    save_asset(remembering(asset, snapshot, items_now(snapshot, asset), {}), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
     assert (live_state().stale, live_state().other_settings) == ((), ())
     bpy.ops.ed.undo_push(message="before")

@@ -16,12 +16,14 @@ from .. import box_fit, cubemap, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
+from ..scene_items import geometry as inputs  # noqa: F401  distances are read, and no light
 from ..slab import exit_distance
 from . import environment
 
 NAME = "box_proxy"
 LABEL = "Box Proxy"
 REQUIRES = ("environment",)
+READS_REQUIRED = True
 DEFAULTS = {}
 
 

@@ -36,6 +36,7 @@ from ..light_field_refocus import distance_of, focused  # noqa: F401  the method
 from ..light_field_slab import Slab, bake_slab, filled
 from ..light_field_trace import SlabTracer
 from ..remake import parts_of
+from ..scene_items import PAINT, PLACE, RAYS, SHAPE, Items, radiance, without
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
 from . import billboards, depth_maps
@@ -44,6 +45,7 @@ NAME = "light_field"
 LABEL = "Light Field"
 REQUIRES = ()
 EFFORT = 7.0
+GOES_ON = True
 COMPANIONS = ("depth_maps", "billboards")
 # Hits of the companions count whole up to this share of the reflector's size, and not at all from its whole on.
 CONTACT = 0.5
@@ -151,9 +153,9 @@ def predicted_bytes(job: BakeJob) -> int:
     return texels // 2 + (cell.shape()[0] * cell.shape()[1] * 2 if job.settings["depth"] else 0)
 
 
-def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
-    """Hash of what the content depends on: not where in its cell the reflector is."""
-    return scene.hash_without({r.name for r in reflectors})
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> Items:
+    """Light and what it falls on, but not where in its cell the reflector is."""
+    return without(radiance(scene), (SHAPE, PAINT, PLACE, RAYS), {r.name for r in reflectors})
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:

@@ -14,12 +14,14 @@ from .. import cubemap, spaces
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
+from ..scene_items import geometry as inputs  # noqa: F401  distances are read, and no light
 from ..weighted import weighted_median
 from . import environment
 
 NAME = "sphere_proxy"
 LABEL = "Sphere Proxy"
 REQUIRES = ("environment",)
+READS_REQUIRED = True
 DEFAULTS = {}
 
 
