@@ -19,7 +19,7 @@ PAINT = "paint"  # UVs, colours and other values on its mesh, and what of the ob
 PLACE = "place"
 MATERIALS = "materials"  # what is in its slots, by content: a name is none
 RAYS = "rays"  # which rays meet it, and what else Cycles keeps on an object
-COVER = "cover"  # where its materials let rays through or move its surface; the same for all that do neither
+COVER = "cover"  # whether mirrors show it, and where its materials let rays through or move its surface; the same for all that do neither
 INSTANCE = (SHAPE, PAINT, PLACE, MATERIALS, RAYS, COVER)
 # Of the scene.
 LAMP = "lamp"  # all of a lamp, by its name

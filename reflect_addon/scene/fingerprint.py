@@ -45,7 +45,7 @@ class Fingerprint:
         self._add(aspects.SHAPE, name, mesh_key)
         self._add(aspects.PLACE, name, "", place_hash(instance))
         self._add(aspects.MATERIALS, name, str([what for what, _ in slots]))
-        self._add(aspects.COVER, name, str([cover for _, cover in slots]))
+        self._add(aspects.COVER, name, f"{[cover for _, cover in slots]} {obj.visible_glossy}")
         self._add(aspects.RAYS, name, self._rays(obj))
         if data.as_pointer() not in self._paints:
             self._paints[data.as_pointer()] = paint_digest(data)
