@@ -54,7 +54,7 @@ def refresh_of(scene: SceneSnapshot, reflector: Instance, found: Iterable[Asset]
         if not old and not said:
             continue
         reasons += [*(change.sentence for change in old), *([said.rstrip(".")] if said else [])]
-        seconds += asset.bake_seconds
+        seconds += asset.bake_seconds - sum(one.bake_seconds for one in asset.beside)
         errors.append(1.0 if said else error(old, asset.balls, balls(), reflector, scene))
     return Refresh(reflector.name, tuple(dict.fromkeys(reasons)), seconds, max(errors)) if reasons else None
 

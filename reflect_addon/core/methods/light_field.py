@@ -35,8 +35,8 @@ from ..light_field_reach import Reach, reach_of
 from ..light_field_refocus import distance_of, focused  # noqa: F401  the method's own (methods/__init__.py)
 from ..light_field_slab import Slab, bake_slab, filled
 from ..light_field_trace import SlabTracer
-from ..remake import parts_of
-from ..scene_items import PAINT, PLACE, RAYS, SHAPE, Items, radiance, without
+from ..remake import REFLECTOR, SAME_PLACE, parts_of
+from ..scene_items import PAINT, PLACE, RAYS, Items, radiance, without
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
 from . import billboards, depth_maps
@@ -154,8 +154,8 @@ def predicted_bytes(job: BakeJob) -> int:
 
 
 def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> Items:
-    """Light and what it falls on, but not where in its cell the reflector is."""
-    return without(radiance(scene), (SHAPE, PAINT, PLACE, RAYS), {r.name for r in reflectors})
+    """Light and what it falls on, but not where in its cell the reflector is. Its shape decides which rays were traced."""
+    return without(radiance(scene), (PAINT, PLACE, RAYS), {r.name for r in reflectors})
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
@@ -163,9 +163,16 @@ def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
     cell, left = cell_of(asset), "has left its light field's cell: bake again, with Room or Whole Path if it is to move."
     if not cell.contains(scene.world_positions(reflector)).all():
         return f"{reflector.name} {left}"
+    if not holds(asset, cell.center[None])[0] and _has_turned(asset, reflector):
+        return f"{reflector.name} was turned, and now sees where its light field has no rays: bake again."
     if asset.settings.get("cameras") and scene.camera is not None and not cell.contains(scene.camera):
         return f"The camera {left}"
     return ""
+
+
+def _has_turned(asset: Asset, reflector: Instance) -> bool:
+    own = next((part for part in asset.parts if part.kind == REFLECTOR and part.instance == reflector.name), None)
+    return own is not None and not np.allclose(own.matrix()[:3, :3], reflector.world_from_object[:3, :3], atol=SAME_PLACE * np.abs(own.matrix()[:3, :3]).max())
 
 
 def holds(asset: Asset, points: np.ndarray) -> np.ndarray:
