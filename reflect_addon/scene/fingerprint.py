@@ -83,11 +83,8 @@ class Fingerprint:
             visibility = getattr(world, "cycles_visibility", None)
             seen = [getattr(visibility, kind, None) for kind in ("diffuse", "glossy", "transmission", "scatter")]
             self._add(aspects.WORLD, "", f"{world.color[:]} {seen} {text.tree(world.node_tree)}")
-        # From the original: render settings alone do not make the depsgraph copy the scene again.
-        cycles = getattr(scene.original, "cycles", None)  # None while the Cycles add-on is off
-        transport = [getattr(cycles, name, None) for name in LIGHT_TRANSPORT]
         override = self._material(view_layer.material_override) if view_layer.material_override else ""
-        self._add(aspects.LIGHT, "", f"{transport} {bpy.data.colorspace.working_space} {override}")
+        self._add(aspects.LIGHT, "", f"{_transport(scene)} {override}")
 
     def items(self) -> Items:
         """Items of all that was told."""
@@ -130,6 +127,17 @@ class Fingerprint:
 def light_hash(items: Items) -> str:
     """Of what surfaces are made of and lit by alone: neither meshes nor where objects are."""
     return digest({aspect: items.get(aspect, {}) for aspect in aspects.LIT})
+
+
+def quiet_state(scene) -> str:
+    """What assets depend on and no handler of Blender tells of; cheap."""
+    return f"{_transport(scene)} {[(o.name, getattr(o, 'reflect_mark', '')) for o in scene.objects]}"
+
+
+def _transport(scene) -> str:
+    # From the original: render settings alone do not make the depsgraph copy the scene again.
+    cycles = getattr(scene.original, "cycles", None)  # None while the Cycles add-on is off
+    return f"{[getattr(cycles, name, None) for name in LIGHT_TRANSPORT]} {bpy.data.colorspace.working_space}"
 
 
 def _property(owner, name: str) -> str:

@@ -84,6 +84,9 @@ class REFLECT_PT_settings(Tab, bpy.types.Panel):
         layout, settings = self.layout, context.scene.reflect
         layout.use_property_split, layout.use_property_decorate = True, False
         _fields(layout, settings, advanced=False)
+        layout.prop(settings, "refresh")
+        if settings.refresh == "LIVE":
+            layout.prop(settings, "refresh_seconds")
         layout.prop(settings, "half_distance")
         if can_focus(settings.method):
             row = layout.row(align=True)

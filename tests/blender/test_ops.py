@@ -331,7 +331,7 @@ def test_a_modal_bake_is_cancelled(ball, monkeypatch, way):
 
     fake_worker(monkeypatch, "print(json.dumps({'progress': .5, 'message': 'half'}), flush=True); time.sleep(60)")
     events, reports = Events(), []
-    operator = SimpleNamespace(selected=False, report=lambda kind, text: reports.append(text))
+    operator = SimpleNamespace(selected=False, only="", report=lambda kind, text: reports.append(text))
     for name in ("execute", "_start", "_finish", "_fail", "_leave_window"):
         setattr(operator, name, getattr(bake.REFLECT_OT_bake, name).__get__(operator))
     step = lambda kind: bake.REFLECT_OT_bake.modal(operator, events, SimpleNamespace(type=kind, value="PRESS"))
@@ -358,7 +358,7 @@ def test_switching_the_add_on_off_ends_the_bake(ball, monkeypatch):
     from reflect_addon.ops import bake
 
     fake_worker(monkeypatch, "time.sleep(60)")
-    operator = SimpleNamespace(selected=False, report=lambda *_: None)
+    operator = SimpleNamespace(selected=False, only="", report=lambda *_: None)
     worker = bake.REFLECT_OT_bake._start(operator, bpy.context)
     reflect_addon.unregister()
     assert not worker.state.running and bake.running() is None
