@@ -24,6 +24,7 @@ CHANGED = {
     aspects.OWN: "{} mirrors elsewhere",
     aspects.REQUIRED: "its {} was baked with other settings",
 }
+COMES_AND_GOES = {*aspects.INSTANCE, aspects.LAMP, aspects.LAMP_SHAPE, aspects.DRAWN}
 GONE, NEW, RENAMED = "{} is gone", "{} is new", "{} is now called {}"
 MIRRORS, MIRRORS_NOT = "{} mirrors now", "{} mirrors no longer"
 UNKNOWN = "the scene was changed"
@@ -52,21 +53,24 @@ def changes(before: Items, now: Items, scene: SceneSnapshot) -> tuple[Change, ..
         renamed = _renamed(before, now)
         found += [Change(INSTANCE, new, RENAMED.format(old, new)) for old, new in renamed.items()]
         moved_names = {*renamed, *renamed.values()}
-        for aspect in dict.fromkeys([*before, *now]):
+        for aspect in (*CHANGED, aspects.MIRRORS, aspects.DRAWN):  # an asset of another version may have others
             found += _of_aspect(aspect, before.get(aspect, {}), now.get(aspect, {}), moved_names)
     found = _without_the_explained(found, scene)
     return tuple({c.sentence: c for c in found}.values()) or (Change("", "", UNKNOWN),)
 
 
 def _of_aspect(aspect: str, before: Mapping[str, str], now: Mapping[str, str], renamed: set[str]) -> list[Change]:
-    found = [Change(aspect, n, CHANGED[aspect].format(n)) for n in before.keys() & now.keys() if before[n] != now[n] and aspect in CHANGED]
-    gone, new = sorted(before.keys() - now.keys() - renamed), sorted(now.keys() - before.keys() - renamed)
+    both = before.keys() & now.keys()
+    gone, new = sorted(before.keys() - both - renamed), sorted(now.keys() - both - renamed)
+    found = [Change(aspect, n, CHANGED[aspect].format(n)) for n in sorted(both) if before[n] != now[n]]
     if aspect == aspects.MATERIAL:
         return found  # one that is new or gone is told by whoever has it
     if aspect == aspects.MIRRORS:
         return [*(Change(aspect, n, MIRRORS_NOT.format(n)) for n in gone), *(Change(aspect, n, MIRRORS.format(n)) for n in new)]
-    whole = aspect if aspect in (aspects.LAMP, aspects.WORLD, aspects.LIGHT) else INSTANCE
-    return [*found, *(Change(whole, n, GONE.format(n)) for n in gone), *(Change(whole, n, NEW.format(n)) for n in new)]
+    if aspect in COMES_AND_GOES:
+        whole = aspects.LAMP if aspect == aspects.LAMP else INSTANCE
+        return [*found, *(Change(whole, n, GONE.format(n)) for n in gone), *(Change(whole, n, NEW.format(n)) for n in new)]
+    return [*found, *(Change(aspect, n, CHANGED[aspect].format(n)) for n in (*gone, *new))]
 
 
 def _renamed(before: Items, now: Items) -> dict[str, str]:
