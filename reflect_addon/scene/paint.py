@@ -4,11 +4,9 @@ import hashlib
 
 import numpy as np
 
-# By Blender's type of an attribute: (name of its values, how many numbers each has); all others have one `value`.
-VALUES = {
-    "FLOAT_VECTOR": ("vector", 3), "FLOAT2": ("vector", 2), "FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4),
-    "INT32_2D": ("value", 2), "INT16_2D": ("value", 2), "QUATERNION": ("value", 4), "FLOAT4X4": ("value", 16),
-}  # fmt: skip
+# Where an attribute has its values.
+VALUES = ("color", "vector", "value")
+KINDS = {"FLOAT": np.float32, "INT": np.int32, "BOOLEAN": bool}
 # What the shape tells already; names with a dot in front are the editor's.
 OF_THE_SHAPE = {"position", "material_index", "sharp_face", "sharp_edge", "custom_normal"}
 
@@ -29,10 +27,12 @@ def paint_digest(data, leave_out: frozenset[str] = frozenset(OF_THE_SHAPE)) -> s
 
 
 def _values(attribute) -> bytes:
-    if attribute.data_type == "STRING":
+    if not len(attribute.data):
+        return b""
+    known = attribute.data[0].bl_rna.properties
+    name = next(name for name in VALUES if name in known)
+    if known[name].type not in KINDS:
         return repr([item.value for item in attribute.data]).encode()
-    name, width = VALUES.get(attribute.data_type, ("value", 1))
-    kind = {"BOOLEAN": bool, "INT": np.int32, "INT8": np.int32}.get(attribute.data_type, np.float32)
-    values = np.empty(len(attribute.data) * width, np.int32 if name == "value" and width == 2 else kind)
+    values = np.empty(len(attribute.data) * max(known[name].array_length, 1), KINDS[known[name].type])
     attribute.data.foreach_get(name, values)
     return values.tobytes()

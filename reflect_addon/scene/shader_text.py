@@ -4,6 +4,7 @@ What a tree says of things outside of it is collected on the way: whether an ima
 """
 
 import hashlib
+import stat
 from collections.abc import Collection
 from functools import lru_cache
 from pathlib import Path
@@ -111,6 +112,8 @@ def file_digest(path: Path) -> str:
         status = path.stat()
     except OSError:
         return "missing"
+    if not stat.S_ISREG(status.st_mode):
+        return "no file"
     return _content_digest(path, status.st_mtime_ns, status.st_size)
 
 
