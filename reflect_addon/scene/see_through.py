@@ -1,5 +1,7 @@
 """Whether a material can only ever be met where its mesh is: so what else it is cannot change where rays end."""
 
+from .native_marks import is_for_eevee_alone
+
 # Shaders through which no ray goes on straight; what is not in this list may.
 SOLID = {
     "BSDF_PRINCIPLED", "BSDF_DIFFUSE", "BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_GLASS", "BSDF_REFRACTION", "BSDF_SHEEN", "BSDF_TOON", "BSDF_TRANSLUCENT",
@@ -12,10 +14,11 @@ def is_solid(material) -> bool:
     """False where it may let rays through or move the surface, also where that is not known: a group, a script. No material is solid."""
     if material is None:
         return True
-    outputs = [n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial" and n.target != "EEVEE"] if material.node_tree else []
+    nodes = [node for node in material.node_tree.nodes if not is_for_eevee_alone(node)] if material.node_tree else []
+    outputs = [node for node in nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
     if not outputs or any(not o.inputs["Surface"].is_linked or o.inputs["Displacement"].is_linked for o in outputs):
         return False
-    return all(_is_solid(node) for node in material.node_tree.nodes if any(s.type == "SHADER" for s in node.outputs))
+    return all(_is_solid(node) for node in nodes if any(s.type == "SHADER" for s in node.outputs))
 
 
 def _is_solid(node) -> bool:
