@@ -5,6 +5,7 @@ count by their content wherever they lie (a bake works on a copy of the .blend i
 length; the frame counts only where an image follows it.
 """
 
+from functools import cache
 from pathlib import Path
 
 import bpy
@@ -16,7 +17,7 @@ from ..core.snapshot import Instance
 from .native_marks import original_of
 from .paint import paint_digest
 from .see_through import is_solid
-from .shader_text import ShaderText, file_digest, plain, sha256
+from .shader_text import NOT_CONTENT, ShaderText, file_digest, plain, sha256
 
 LIGHT_TRANSPORT = (
     "max_bounces", "min_light_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
@@ -31,12 +32,15 @@ NO_MESHES = {"CURVES", "POINTCLOUD", "VOLUME"}  # that Cycles shows all the same
 class Fingerprint:
     """Takes the parts in any order; items() ends it. Of what instances share (meshes, materials) each is read once."""
 
-    def __init__(self):
+    def __init__(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer):
+        self._scene, self._layer = scene, view_layer
         self._items: Items = {}
         self._text = ShaderText()
         self._materials: dict[str | None, tuple[str, str]] = {None: ("none", "solid")}  # by full name: (what it is, where rays end on it)
         self._paints: dict[int, str] = {}  # by the mesh's address
-        self._objects: dict[str, tuple] = {}  # instance -> (mesh, paint, its color and number, objects whose properties materials may ask for)
+        self._objects: dict[str, tuple] = {}  # instance -> (paint, its color, objects whose properties materials may ask for)
+        self._override = self._material(view_layer.material_override) if view_layer.material_override else ("", "")
+        self._world()
 
     def instance(self, obj, instance: Instance, mesh_key: str, owners: tuple) -> None:
         """owners: the evaluated objects that stay when the next instance is read: its own, and the one that makes copies of it."""
@@ -45,7 +49,7 @@ class Fingerprint:
         self._add(aspects.SHAPE, name, mesh_key)
         self._add(aspects.PLACE, name, "", place_hash(instance))
         self._add(aspects.MATERIALS, name, str([what for what, _ in slots]))
-        self._add(aspects.COVER, name, f"{[cover for _, cover in slots]} {obj.visible_glossy}")
+        self._add(aspects.COVER, name, f"{[cover for _, cover in slots]} {self._override[1]} {obj.visible_glossy}")
         self._add(aspects.RAYS, name, self._rays(obj))
         if data.as_pointer() not in self._paints:
             self._paints[data.as_pointer()] = paint_digest(data)
@@ -58,7 +62,7 @@ class Fingerprint:
             slots = [self._material(slot.material) for slot in obj.material_slots]
             volume = obj.type == "VOLUME"
             content = file_digest(Path(bpy.path.abspath(obj.data.filepath))) if volume else paint_digest(obj.data, frozenset())
-            frame = bpy.context.scene.frame_current if volume and obj.data.is_sequence else ""
+            frame = self._scene.frame_current if volume and obj.data.is_sequence else ""
             said = [content, frame, slots, matrix.tobytes().hex(), self._rays(obj)]
         for system in getattr(obj, "particle_systems", ()):
             if system.settings.type == "HAIR":
@@ -76,16 +80,6 @@ class Fingerprint:
         """Of a light that mirrors show: its shape."""
         self._add(aspects.LAMP_SHAPE, instance.name, f"{mesh_key} {place_hash(instance)}")
 
-    def world(self, scene, view_layer) -> None:
-        """The world, and what of the render settings changes light."""
-        text, world = self._text.fresh(), view_layer.world_override or scene.world
-        if world is not None:
-            visibility = getattr(world, "cycles_visibility", None)
-            seen = [getattr(visibility, kind, None) for kind in ("diffuse", "glossy", "transmission", "scatter")]
-            self._add(aspects.WORLD, "", f"{world.color[:]} {seen} {text.tree(world.node_tree)}")
-        override = self._material(view_layer.material_override) if view_layer.material_override else ""
-        self._add(aspects.LIGHT, "", f"{_transport(scene)} {override}")
-
     def items(self) -> Items:
         """Items of all that was told."""
         for name, (paint, color, owners) in self._objects.items():
@@ -96,13 +90,22 @@ class Fingerprint:
             self._add(aspects.PAINT, name, " ".join(said))
         return self._items
 
+    def _world(self) -> None:
+        """The world, and what of the render settings changes light."""
+        text, world = self._text.fresh(), self._layer.world_override or self._scene.world
+        if world is not None:
+            visibility = getattr(world, "cycles_visibility", None)
+            seen = [getattr(visibility, kind, None) for kind in ("diffuse", "glossy", "transmission", "scatter")]
+            self._add(aspects.WORLD, "", f"{world.color[:]} {seen} {text.tree(world.node_tree)}")
+        self._add(aspects.LIGHT, "", f"{_transport(self._scene)} {self._override[0]}")
+
     def _add(self, aspect: str, name: str, text: str, known: str = "") -> None:
         """Under a name of its own: duplis of lamps and strands have their object's."""
         named = self._items.setdefault(aspect, {})
         free, k = name, 1
         while free in named:
             free, k = f"{name}/{k}", k + 1
-        named[free] = known or sha256(f"{text} {bpy.context.scene.frame_current if self._text.follows_frame else ''}")
+        named[free] = known or sha256(f"{text} {self._scene.frame_current if self._text.follows_frame else ''}")
         self._text.fresh()
 
     def _material(self, material) -> tuple[str, str]:
@@ -120,8 +123,16 @@ class Fingerprint:
     def _rays(self, obj) -> str:
         """Which rays meet an object, what Cycles keeps on it, and which lights shine on it or are blocked by it."""
         linked = [getattr(obj.light_linking, f"{kind}_collection") for kind in ("receiver", "blocker")]
-        names = [sorted(o.name for o in collection.all_objects) if collection else None for collection in linked]
-        return f"{[getattr(obj, kind) for kind in RAYS]} {self._text.struct(obj.cycles) if hasattr(obj, 'cycles') else ''} {names}"
+        names = [c and ([o.name for o in c.all_objects], [one.light_linking.link_state for one in c.collection_objects]) for c in linked]
+        cycles = getattr(obj, "cycles", None)  # None while the Cycles add-on is off
+        return f"{[getattr(obj, kind) for kind in RAYS]} {[getattr(cycles, name) for name in _names_in(type(cycles))]} {names}"
+
+
+@cache
+def _names_in(kind: type) -> tuple[str, ...]:
+    """Of the plain properties of a kind of structure: asking Blender for them takes longer than their values."""
+    found = kind.bl_rna.properties if hasattr(kind, "bl_rna") else ()
+    return tuple(p.identifier for p in found if p.identifier not in NOT_CONTENT and p.type not in {"POINTER", "COLLECTION"})
 
 
 def light_hash(items: Items) -> str:

@@ -16,9 +16,13 @@ def is_solid(material) -> bool:
         return True
     nodes = [node for node in material.node_tree.nodes if not is_for_eevee_alone(node)] if material.node_tree else []
     outputs = [node for node in nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
-    if not outputs or any(not o.inputs["Surface"].is_linked or o.inputs["Displacement"].is_linked for o in outputs):
+    if not outputs or any(not _is_fed(o.inputs["Surface"]) or o.inputs["Displacement"].is_linked for o in outputs):
         return False
     return all(_is_solid(node) for node in nodes if any(s.type == "SHADER" for s in node.outputs))
+
+
+def _is_fed(socket) -> bool:
+    return socket.is_linked and not socket.links[0].is_muted
 
 
 def _is_solid(node) -> bool:

@@ -36,7 +36,8 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
     """
     if visibility not in {"VIEWPORT", "RENDER"}:
         raise ValueError(f"visibility is VIEWPORT or RENDER, not {visibility}")
-    reader = _Reader(Fingerprint())
+    scene = depsgraph.scene_eval
+    reader = _Reader(Fingerprint(scene, depsgraph.view_layer_eval))
     for dupli in depsgraph.object_instances:
         original = dupli.instance_object.original if dupli.is_instance else dupli.object.original
         if visibility == "RENDER" and _off_in_renders(dupli):
@@ -44,8 +45,6 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         if dupli.show_self or dupli.is_instance:
             reader.add(dupli, original)
     reader.warn_of_the_faceless()
-    scene = depsgraph.scene_eval
-    reader.fingerprint.world(scene, depsgraph.view_layer_eval)
     items = reader.fingerprint.items()
     return SceneSnapshot(
         scene.name,

@@ -13,7 +13,7 @@ from reflect_addon.core.staleness import UNKNOWN
 from reflect_addon.evaluation import analyse
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.scene import bake as baking
-from reflect_addon.scene.freshness import is_stale, why_stale
+from reflect_addon.scene.freshness import is_stale, refresh_of, remark, why_stale
 from reflect_addon.scene.load import load_assets
 
 D = bpy.data
@@ -109,6 +109,31 @@ def test_curves_of_values_and_displacement(stage):
     found = differs(lambda: tree.links.new(displace.outputs[0], output.inputs["Displacement"]))
     assert found == {(MATERIAL, "Grey"), (MATERIALS, "Floor"), (COVER, "Floor")}, "it may move the surface"
     assert (COVER, "Floor") in differs(lambda: setattr(displace.inputs["Scale"], "default_value", 2.0))
+
+
+def test_holes_by_a_material_for_all_and_by_a_link_that_is_off(stage):
+    clear = D.materials.new("Clear")
+    next(n for n in clear.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Alpha"].default_value = 0.0
+    found = differs(lambda: setattr(bpy.context.view_layer, "material_override", clear))
+    assert {("light", ""), (COVER, "Crate"), (COVER, "Leaf")} <= found and not any(aspect == MATERIALS for aspect, _ in found)
+    bpy.context.view_layer.material_override = None
+    link = next(link for link in D.materials["Grey"].node_tree.links if link.to_socket.name == "Surface")
+    assert (COVER, "Floor") in differs(lambda: setattr(link, "is_muted", True))
+
+
+def test_no_camera_makes_anything_old_though_a_bake_looks_where_it_is(stage, tmp_path, monkeypatch):
+    """A light field whose cell holds the camera: that it left is said, and a bake makes a larger cell."""
+    monkeypatch.setitem(SMALL, "cameras", True)
+    bake(tmp_path, ["light_field"])
+    assert bake(tmp_path, ["light_field"]) == []
+    D.objects["Camera"].location = (9, -9, 3)
+    bpy.context.view_layer.update()
+    with open_frame(stage, None) as snapshot:
+        for reflector in snapshot.reflectors():
+            asset = load_assets(snapshot, "light_field", tmp_path)[reflector.name]
+            assert why_stale(snapshot, asset) == () and not is_stale(snapshot, asset)
+            assert refresh_of(snapshot, reflector, [asset], dict) is None and "The camera has left" in remark(asset, snapshot, reflector)
+    assert bake(tmp_path, ["light_field"]) == ["light_field-Left", "light_field-Right"]
 
 
 def test_copies_have_their_own_items(stage):
