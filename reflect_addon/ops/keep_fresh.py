@@ -11,7 +11,7 @@ import bpy
 
 from ..core import methods
 from ..core.errors import Cancelled
-from ..core.refresh import next_one
+from ..core.refresh import Refresh, next_one
 from ..scene import live
 from ..scene.fingerprint import quiet_state
 from ..scene.worker import Worker
@@ -56,13 +56,13 @@ class Keeper:
         if policy == "NEVER" or bake.running() is not None or now - state.settled < QUIET[policy]:
             return None
         left = [one for name, one in state.refreshes.items() if name not in self.tried]
+        if left and (scene.reflect.method == methods.AUTO or any(reflector == "" for _, reflector in state.assets)):  # one plan or asset is for all
+            left = [Refresh("", (), sum(one.seconds for one in left), max(one.error for one in left))]
         one = next_one(left, policy, scene.reflect.refresh_seconds, self.spent)
         if one is None:
             return None
-        found = [state.asset(kind, one.reflector) for kind in state.loaded.kinds(one.reflector)]
-        together = scene.reflect.method == methods.AUTO or any(asset.reflector == "" for asset in found)
-        self.tried |= set(state.refreshes) if together else {one.reflector}
-        return "" if together else one.reflector
+        self.tried |= {one.reflector} if one.reflector else set(state.refreshes)
+        return one.reflector
 
     def bake(self, scene: bpy.types.Scene, name: str, now: float) -> None:
         """Starts the Bake operator for next()'s answer. What keeps it from starting the sidebar shows."""

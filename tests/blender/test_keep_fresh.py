@@ -91,6 +91,17 @@ def test_at_once_what_fits_the_budget(stage, keeper):
     assert keeper.next(stage, now + 0.8) == "Right"
 
 
+def test_what_is_for_all_is_baked_for_all(stage, keeper, monkeypatch):
+    """One asset of two reflectors: a bake for one of them would take it from the other. Its whole time must fit."""
+    stage.reflect.refresh, stage.reflect.refresh_seconds = "LIVE", 10.0
+    now = move("Crate", 1.2, 0.8, 0.25)
+    state = live.of(stage)
+    monkeypatch.setitem(state.assets, ("environment", ""), state.asset("environment", "Left"))
+    assert keeper.next(stage, now + 1) is None, "11 s"
+    stage.reflect.refresh_seconds = 12.0
+    assert keeper.next(stage, now + 1) == "" and keeper.next(stage, now + 2) is None
+
+
 def test_seconds_that_were_spent_are_gone(stage, keeper, monkeypatch):
     stage.reflect.refresh, stage.reflect.refresh_seconds = "LIVE", 9.0
     now = move("Crate", 1.2, 0.8, 0.25)
