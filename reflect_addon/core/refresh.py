@@ -17,7 +17,6 @@ from .snapshot import Instance, SceneSnapshot
 from .staleness import Change
 
 Ball = tuple[float, float, float, float]  # centre, world, m; radius, m
-POLICIES = ("NEVER", "IDLE", "LIVE")
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,20 @@ same again; where rays end depends on shapes and places alone, and on materials 
 """
 
 import hashlib
+from functools import cached_property
 
 from .snapshot import Instance, SceneSnapshot
 
 Items = dict[str, dict[str, str]]  # aspect -> name -> sha256
+
+
+class Named(dict):
+    """Name -> sha256, not changed any more once a snapshot has it: of thousands of things the hash of all is worked out once for all assets."""
+
+    @cached_property
+    def digest(self) -> str:
+        return _sha256("\n".join(sorted(f"{name}\0{value}" for name, value in self.items())))
+
 
 # Of each instance, by its name.
 SHAPE = "shape"  # its triangles, normals and which slots they show
@@ -86,7 +96,7 @@ def light_alone(scene: SceneSnapshot) -> Items:
 
 def without(items: Items, aspects: tuple[str, ...], names: set[str]) -> Items:
     """Items but these aspects of these instances."""
-    return {a: {n: h for n, h in named.items() if a not in aspects or n not in names} for a, named in items.items()}
+    return {a: {n: h for n, h in named.items() if n not in names} if a in aspects else named for a, named in items.items()}
 
 
 def mirrors(scene: SceneSnapshot) -> dict[str, str]:
@@ -97,7 +107,8 @@ def mirrors(scene: SceneSnapshot) -> dict[str, str]:
 
 def digest(items: Items) -> str:
     """sha256 of items, in any order; "" for none at all. Materials' names are not in it."""
-    lines = sorted(f"{aspect}\0{name}\0{value}" for aspect, named in items.items() if aspect != MATERIAL for name, value in named.items())
+    known = {aspect: named for aspect, named in items.items() if named and aspect != MATERIAL}
+    lines = [f"{aspect}\0{named.digest if isinstance(named, Named) else Named(named).digest}" for aspect, named in sorted(known.items())]
     return _sha256("\n".join(lines)) if lines else ""
 
 

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..core import scene_items as aspects
-from ..core.scene_items import Items, digest, place_hash
+from ..core.scene_items import Items, Named, digest, place_hash
 from ..core.snapshot import Instance
 from .native_marks import original_of
 from .paint import paint_digest
@@ -101,7 +101,7 @@ class Fingerprint:
 
     def _add(self, aspect: str, name: str, text: str, known: str = "") -> None:
         """Under a name of its own: duplis of lamps and strands have their object's."""
-        named = self._items.setdefault(aspect, {})
+        named = self._items.setdefault(aspect, Named())
         free, k = name, 1
         while free in named:
             free, k = f"{name}/{k}", k + 1
