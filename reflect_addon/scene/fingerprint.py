@@ -96,7 +96,8 @@ class Fingerprint:
         if world is not None:
             visibility = getattr(world, "cycles_visibility", None)
             seen = [getattr(visibility, kind, None) for kind in ("diffuse", "glossy", "transmission", "scatter")]
-            self._add(aspects.WORLD, "", f"{world.color[:]} {seen} {text.tree(world.node_tree)}")
+            flat = "" if world.node_tree else world.color[:]  # as materials'
+            self._add(aspects.WORLD, "", f"{flat} {seen} {text.tree(world.node_tree)}")
         self._add(aspects.LIGHT, "", f"{_transport(self._scene)} {self._override[0]}")
 
     def _add(self, aspect: str, name: str, text: str, known: str = "") -> None:

@@ -68,6 +68,17 @@ def test_nothing_is_old_nothing_is_done(stage, keeper):
         assert keeper.next(stage, 1e9) is None
 
 
+def test_a_window_does_not_call_old_what_renders_do_not_show(stage, keeper):
+    """It shows the ghost, which no bake sees; what was baked by another process is fresh here all the same."""
+    assert "Ghost" in {i.name for i in live.of(stage).snapshot.instances}
+    move("Ghost", 0.2, 0.5, 0.5)
+    move("Camera", 1, 1, 1)
+    assert live.of(stage).stale == () and "changed since the bake" not in drawn()
+    bpy.data.objects["Ghost"].hide_render = False
+    move("Ghost", 0.2, 0.5, 0.6)
+    assert [one.reasons for one in live.of(stage).refreshes.values()] == [("Ghost is new",)] * 2
+
+
 def test_by_hand_means_by_hand(stage, keeper):
     now = move("Crate", 0.4, 1.0, 0.25)
     assert live.of(stage).stale == ("Left", "Right") and keeper.next(stage, now + 1e6) is None

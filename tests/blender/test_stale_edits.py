@@ -123,6 +123,7 @@ EDITS = {
     "lamp off in renders": (put("D.objects['Lamp']", "hide_render", True), ALL, "Lamp is gone"),
     "sun turned": (put("D.objects['Sun']", "rotation_euler", (0.3, 0, 0)), LIT, "Sun was changed"),
     "world brighter": (put("D.worlds[0].node_tree.nodes['Background'].inputs[1]", "default_value", 2.0), LIT, "the world was changed"),
+    "world's viewport color": (put("D.worlds[0]", "color", (1, 0, 0)), NOTHING, ""),
     "fewer bounces": (put("D.scenes[0].cycles", "diffuse_bounces", 1), LIT, "light bounces or color management were changed"),
     "camera moved": (put("D.objects['Camera']", "location", (3, -5, 1)), NOTHING, ""),
     "camera's lens": (put("D.cameras[0]", "lens", 85), NOTHING, ""),
