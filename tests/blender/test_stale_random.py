@@ -114,7 +114,7 @@ def read_by_bakes() -> dict[str, object]:
     lamps = [(o.name, tuple(map(tuple, o.matrix_world))) for o in scene.objects if o.type == "LIGHT"]
     ends = there, [(o.name, o.visible_glossy, [holes.get(m) for m in of[o.name]]) for o in shown], [one for one in lamps if one[0] == "Lamp"]
     light = [
-        ends, lamps, [(n, tuple(values.get(m, m) for m in ms)) for n, ms in of.items()], [o.visible_diffuse for o in shown], bpy.data.lights["Lamp"].energy,
+        ends, lamps, [(n, [(m, values.get(m)) for m in ms]) for n, ms in of.items()], [o.visible_diffuse for o in shown], bpy.data.lights["Lamp"].energy,
         [tuple(uv.vector) for uv in bpy.data.objects["Crate"].data.uv_layers[0].uv] if of.keys() & {"Crate", "Vase"} else (),
         bpy.data.worlds[0].node_tree.nodes["Background"].inputs["Strength"].default_value, scene.cycles.diffuse_bounces,
     ]  # fmt: skip
