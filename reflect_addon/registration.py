@@ -10,6 +10,7 @@ from .ops import (
     cancel,
     delete_assets,
     focus_here,
+    keep_fresh,
     mark,
     open_folder,
     plan_lock,
@@ -65,6 +66,7 @@ def steps() -> Iterator[tuple[Callable[[], None], Callable[[], None]]]:
 
         yield viewport.register, viewport.unregister
     yield handlers.register, handlers.unregister
+    yield keep_fresh.register, keep_fresh.unregister
     yield _look_soon, _stop
 
 

@@ -18,6 +18,7 @@ BAKE_AGAIN = "Bake it again."
 IMAGE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(?:%s)" % "|".join(KINDS))
 FILE_NAME = re.compile(IMAGE_NAME.pattern + r"-[0-9a-f]{12}\.(?:npy|dds)")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+_HEX = re.compile(r"[0-9a-f]{1,64}")
 
 
 def checked_fields(path: Path, document: dict) -> dict:
@@ -53,9 +54,16 @@ def checked_fields(path: Path, document: dict) -> dict:
     parts = document.get("parts", [])  # assets of format 1 from before there were any have none
     if not isinstance(parts, list) or not all(_is_part(p) for p in parts):
         raise corrupt(path, "its parts do not say what rows stand for")
+    items, balls = document.get("items", {}), document.get("balls", {})  # as parts
+    if not isinstance(items, dict) or not all(_WORD.fullmatch(aspect) and _is_named(named, _is_hash) for aspect, named in items.items()):
+        raise corrupt(path, "its items do not say what it was made from")
+    if not _is_named(balls, _is_ball):
+        raise corrupt(path, "its balls do not say where things were")
     return {
         **strings,
         "light_hash": light_hash,
+        "items": items,
+        "balls": {name: tuple(map(float, ball)) for name, ball in balls.items()},
         "parts": tuple(Part(**{**p, "world_from_object": tuple(map(float, p["world_from_object"]))}) for p in parts),
         "uniforms": {k: tuple(map(float, v)) if isinstance(v, list) else float(v) for k, v in uniforms.items()},
         "options": options,
@@ -100,6 +108,19 @@ def _is_part(value) -> bool:
         and len(place) == 16
         and all(_is_number(n) for n in place)
     )
+
+
+def _is_named(value, is_right) -> bool:
+    """Whether a JSON value is an object of right values."""
+    return isinstance(value, dict) and all(map(is_right, value.values()))
+
+
+def _is_hash(value) -> bool:
+    return isinstance(value, str) and bool(_HEX.fullmatch(value))
+
+
+def _is_ball(value) -> bool:
+    return isinstance(value, list) and len(value) == 4 and all(map(_is_number, value)) and value[3] >= 0
 
 
 def is_int(value) -> bool:

@@ -133,6 +133,8 @@ def _document(asset: Asset) -> tuple[dict[str, list], bytes]:
         "source": asset.source,
         "bake_seconds": asset.bake_seconds,
         "light_hash": asset.light_hash,
+        "items": asset.items,
+        "balls": asset.balls,
         "parts": [vars(part) for part in asset.parts],
         "arrays": table,
     }

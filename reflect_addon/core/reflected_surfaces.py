@@ -2,6 +2,7 @@
 
 from .asset import Part
 from .remake import part_of
+from .scene_items import DRAWN, PRESENT, SHAPE, Items, shape_hash
 from .snapshot import Instance, SceneSnapshot
 
 # Of surface_radiance.py: as fine as the reflectors see them, cut along steps, and as free of noise as the eye asks. The same for all such methods,
@@ -18,10 +19,9 @@ def parts(scene: SceneSnapshot) -> tuple[Part, ...]:
     return tuple(part_of(scene, instance, "surface", row) for row, instance in enumerate(_seen(scene)))
 
 
-def inputs_of(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
+def inputs_of(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> Items:
     """What an asset depends on that holds the reflectors' shapes and whose surfaces are drawn, and nothing else."""
-    names = sorted(i.name for i in _seen(scene))
-    return "\0".join([*(scene.meshes[r.mesh].key for r in reflectors), *names])
+    return {SHAPE: {r.name: shape_hash(scene, r) for r in reflectors}, DRAWN: {i.name: PRESENT for i in _seen(scene)}}
 
 
 def _seen(scene: SceneSnapshot) -> list[Instance]:

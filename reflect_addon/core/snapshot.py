@@ -102,23 +102,15 @@ class SceneSnapshot:
     light_hash: str = ""  # sha256 over materials and who has them, lights and world: no mesh and no object's place
     suns: tuple[Sun, ...] = ()
     bulbs: tuple[Bulb, ...] = ()
-    # instance's name -> sha256 over its mesh, place, materials' names and visibility, where they are known (scene/snapshot.py)
-    instance_hashes: dict[str, str] = field(default_factory=dict)
+    items: dict[str, dict[str, str]] = field(default_factory=dict)  # what geometry_hash is over, one by one (scene_items.py); {}: not known
     camera: tuple[float, float, float] | None = None  # where the scene's camera stands, world, m; no hash knows of it
 
     def instance_hash(self, instance: Instance) -> str:
         """Of all that geometry_hash knows of this instance."""
-        if known := self.instance_hashes.get(instance.name):
-            return known
+        if known := [f"{aspect} {named[instance.name]}" for aspect, named in sorted(self.items.items()) if instance.name in named]:
+            return hashlib.sha256("\n".join(known).encode()).hexdigest()
         place = np.asarray(instance.world_from_object, np.float64).tobytes()
         return hashlib.sha256(self.meshes[instance.mesh].key.encode() + place).hexdigest()
-
-    def hash_without(self, names: set[str]) -> str:
-        """geometry_hash as it is wherever the instances of these names are and whatever shape they have. "" when unknown."""
-        if not self.light_hash:
-            return ""
-        others = sorted(f"{i.name} {self.instance_hash(i)}" for i in self.instances if i.name not in names)
-        return hashlib.sha256("\n".join([self.light_hash, *others]).encode("utf-8", "surrogatepass")).hexdigest()
 
     def reflectors(self) -> tuple[Instance, ...]:
         return tuple(i for i in self.instances if i.is_reflector)

@@ -1,6 +1,7 @@
 """What Reflect sees in a scene: reflectors, what was simplified, what each method costs, what is baked and stale."""
 
 from dataclasses import asdict
+from functools import cache, partial
 
 import bpy
 
@@ -9,7 +10,8 @@ from ..core.errors import ReflectError
 from ..core.job import BakeJob
 from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan
-from ..scene.freshness import is_stale, remark, settings_for
+from ..core.refresh import balls_of, duration
+from ..scene.freshness import refresh_of, remark, settings_for
 from ..scene.intersect import intersector
 from ..scene.load import load_assets, plan_in
 from ..scene.places import assets_of
@@ -69,22 +71,25 @@ def _plan(scene, snapshot, folder, settings: dict, planned: bool) -> Plan | None
 
 
 def _method(name: str, snapshot, folder, settings: dict) -> dict:
-    """State: 'not baked', 'fresh', 'stale', 'incomplete', or why it cannot be read. notes: what there is to say of its assets."""
-    found = {"name": name, "bytes": None, "predicted_bytes": _predicted(name, snapshot, settings), "notes": []}
+    """State: 'not baked', 'fresh', 'stale', 'incomplete', or why it cannot be read. notes: what there is to say of its assets; stale: of each
+    reflector with old ones why, what a bake of them takes, and about which share of what it sees is wrong, the largest first."""
+    found = {"name": name, "bytes": None, "predicted_bytes": _predicted(name, snapshot, settings), "notes": [], "stale": []}
     try:
         assets = load_assets(snapshot, name, folder, alone=True)
     except ReflectError as error:
         return {**found, "state": f"unreadable: {error.message}"}
     if not assets:
         return {**found, "state": "not baked"}
-    if any(is_stale(snapshot, a) for a in assets.values()):
+    balls, named = cache(partial(balls_of, snapshot)), {r.name: r for r in snapshot.reflectors()}
+    old = [refresh_of(snapshot, named[r], [asset, *asset.beside], balls) for r, asset in assets.items()]
+    if old := sorted(filter(None, old), key=lambda one: -one.error):
         state = "stale"
     else:
         state = "fresh" if len(assets) == len(snapshot.reflectors()) else "incomplete"
     report = getattr(registry.get(name), "report", lambda asset: "")
     notes = [s for r in snapshot.reflectors() if r.name in assets for s in (remark(assets[r.name], snapshot, r), report(assets[r.name]))]
     size = sum(asset.bytes() for asset in {id(a): a for a in assets.values()}.values())
-    return {**found, "state": state, "bytes": size, "notes": list(dict.fromkeys(filter(None, notes)))}
+    return {**found, "state": state, "bytes": size, "notes": list(dict.fromkeys(filter(None, notes))), "stale": list(map(asdict, old))}
 
 
 def _predicted(name: str, snapshot, settings: dict) -> int:
@@ -122,6 +127,10 @@ def as_text(found: dict) -> str:
         size = f"{m['bytes'] / 1e6:.2f} MB" if m["bytes"] else predicted
         lines.append(f"  {m['name']}: {m['state']}, {size}")
         lines += [f"    {note}" for note in m["notes"]]
+        lines += [
+            f"    {one['reflector']} is old: {'; '.join(one['reasons'])}. About {duration(one['seconds'])} to bake; {one['error']:.0%} of what it sees"
+            for one in m["stale"]
+        ]
     lines += _plan_lines(found["plan"]) if found["plan"] else []
     lines += [f"Warning: {w}" for w in found["warnings"]]
     return "\n".join(lines)

@@ -27,6 +27,9 @@ class REFLECT_OT_bake(bpy.types.Operator):
     selected: bpy.props.BoolProperty(
         name="Selected Only", description="Bake only for the selected reflectors and keep the assets of the others"
     )
+    only: bpy.props.StringProperty(
+        name="Only", description="Name of the one reflector to bake for; empty: all, or the selected", options={"HIDDEN", "SKIP_SAVE"}
+    )
 
     @classmethod
     def poll(cls, context):
@@ -91,7 +94,7 @@ class REFLECT_OT_bake(bpy.types.Operator):
         live.of(scene).bake_error = ""
         for name in unsaved_images():
             self.report({"WARNING"}, f"The image {name} has unsaved changes, which the bake does not see; save it first")
-        objects = [o.name for o in context.selected_objects] if self.selected else []
+        objects = [self.only] if self.only else [o.name for o in context.selected_objects] if self.selected else []
         self._scene, self._seen = scene.name, live.of(scene).bake_starts(scene)
         _running = start_bake(scene, [scene.reflect.method], objects, scene.reflect.bake_arguments(), worker_preference())
         return _running

@@ -19,7 +19,7 @@ from ..core.planning.candidates import errors_of
 from ..core.planning.choose import Choice
 from ..core.planning.errors import measured
 from ..core.planning.goal import Goal
-from ..core.planning.plan import Plan, read_plan, row_of, words, write_plan
+from ..core.planning.plan import Plan, inputs_of, read_plan, row_of, words, write_plan
 from ..core.progress import Progress, teller
 from ..core.snapshot import SceneSnapshot
 from .bake import bake_assets, chosen_reflectors
@@ -45,7 +45,7 @@ def bake_auto(
     names = [i.name for i in chosen]
     bake = partial(bake_assets, snapshot, settings=settings, tracer=tracer or partial(trace, scene=scene), again=again)
     earlier = _earlier(below)
-    if earlier and not again and earlier.is_for(goal, snapshot.geometry_hash, words(settings) + words(by_hand(scene, chosen)), names):
+    if earlier and not again and earlier.is_for(goal, inputs_of(snapshot), words(settings) + words(by_hand(scene, chosen)), names):
         return _bake_planned(earlier, names, below, bake, say)
     made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen, earlier)
     for sentence in made.warnings:

@@ -20,9 +20,11 @@ from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
 from ..core.job import BakeJob
 from ..core.progress import Progress, Stages, teller
+from ..core.refresh import balls_of
+from ..core.scene_items import OWN, PRESENT, digest, radiance
 from ..core.snapshot import Instance, SceneSnapshot
 from ..core.unfinished import PREFIX, Unfinished
-from .freshness import has_settings, inputs_hash, is_stale, settings_for
+from .freshness import has_settings, inputs_hash, inputs_of, remarks, remembering, settings_for
 from .intersect import intersector
 from .load import answering, draws_surfaces, load_kind
 from .raytrace import trace
@@ -57,7 +59,7 @@ def bake_assets(
     kinds = methods.with_required(tuple(wanted))
     tell = teller(progress, "The bake")
     shared: dict = {}
-    intersect, bounds, camera_bounds = intersector(scene), ways(scene), cache(partial(camera_way, scene))
+    intersect, bounds, camera_bounds, balls = intersector(scene), ways(scene), cache(partial(camera_way, scene)), cache(partial(balls_of, scene))
     made: dict[Path, Asset | None] = {}  # in order; kept in memory where other reflectors share it
     followed: set[str] = set()  # instances whose stand-ins are captured again when they move
     steps = len(chosen) * len(kinds) + 1
@@ -67,14 +69,16 @@ def bake_assets(
             asked = settings_for(kind, {**(settings or {}), **(own_settings or {}).get(reflector.name, {})})
             together = chosen if asked.get("shared") else ()
             path = Path(folder) / asset_name(kind, "" if together else reflector.name)
-            inputs = inputs_hash(scene, kind, together or (reflector,), asked)
+            of, required = together or (reflector,), _required(kind, done)
+            items = inputs_of(scene, kind, of, required.values())
+            inputs = inputs_hash(items, kind, [r.name for r in of], asked)
             start, share = (index * len(kinds) + step) / steps, 1 / steps
             text = f"{methods.get(kind).LABEL} of {'all' if together else reflector.name}"
             tell(start, text)
             asset, earlier = made.get(path), None
             if asset is None and not again:
                 earlier = _readable(path, kind)
-                asset = earlier if _serves(earlier, scene, inputs, _required(kind, done), path) else None
+                asset = earlier if _serves(earlier, scene, inputs, required, path) else None
                 if asset is not None and (asset := drawn_with(earlier, asked)) is not earlier:
                     save_asset(asset, path)
             if asset is None:
@@ -86,12 +90,11 @@ def bake_assets(
 
                 unfinished = Unfinished(Path(folder) / f"{PREFIX}{path.name}", f"{inputs} {again}")
                 job = BakeJob(
-                    scene, reflector, traced, intersect, asked, _required(kind, done), shared, together, bounds,
+                    scene, reflector, traced, intersect, asked, required, shared, together, bounds,
                     camera_bounds, earlier if _goes_on(earlier, asked) else None, unfinished, stages.set,
                 )  # fmt: skip
-                asset = replace(
-                    methods.get(kind).bake(job), inputs_hash=inputs, bake_seconds=time.perf_counter() - began
-                )
+                asset = replace(methods.get(kind).bake(job), bake_seconds=time.perf_counter() - began)
+                asset = remembering(asset, scene, items, balls())
                 save_asset(asset, path)
                 unfinished.clear()
                 for other in together:  # one asset is for all from now on
@@ -126,7 +129,8 @@ def _bake_surfaces(scene: SceneSnapshot, names: set[str], folder: Path, finest: 
     if earlier is not None and not finest:
         finer = {k: v for m in methods.all_methods() for k, v in getattr(m, "SURFACES", {}).items()}
         asked |= finer if finer.items() <= earlier.settings.items() else {}
-    words = [scene.geometry_hash, surface_asset.KIND, json.dumps(asked, sort_keys=True)]
+    content = {**radiance(scene), OWN: {r.name: PRESENT for r in scene.reflectors()}}  # whose surfaces mirror, a mark says, too
+    words = [digest(content), surface_asset.KIND, json.dumps(asked, sort_keys=True)]
     inputs = hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()
     if earlier is not None and is_fresh(earlier, inputs):
         known = {part.instance for part in earlier.parts}
@@ -165,7 +169,7 @@ def _required(kind: str, done: dict[str, Asset]) -> dict[str, Asset]:
 
 def _serves(asset: Asset | None, scene: SceneSnapshot, inputs: str, required: dict[str, Asset], path: Path) -> bool:
     """Whether the asset on disk can be used as it is; a missing, damaged or stale one is baked again."""
-    if asset is None or not is_fresh(asset, inputs) or is_stale(scene, asset):
+    if asset is None or not is_fresh(asset, inputs) or remarks(asset, scene):
         return False
     try:
         answering(asset, list(required.values()), path)
@@ -176,7 +180,7 @@ def _serves(asset: Asset | None, scene: SceneSnapshot, inputs: str, required: di
 
 def _goes_on(earlier: Asset | None, settings: dict) -> bool:
     """Whether a bake with these settings may take over what it can of an earlier one."""
-    if earlier is None or not hasattr(methods.get(earlier.kind), "inputs"):
+    if earlier is None or not getattr(methods.get(earlier.kind), "GOES_ON", False):
         return False
     return has_settings(earlier, settings) and earlier.settings.keys() == settings.keys()
 

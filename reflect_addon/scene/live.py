@@ -7,6 +7,7 @@ milliseconds to seconds, so the waiting time grows with what the last reading to
 
 import time
 from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 
 import bpy
@@ -17,8 +18,9 @@ from ..core.asset_places import asset_name, scene_folder
 from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
 from ..core.focus import refocused
+from ..core.refresh import Refresh, balls_of
 from ..core.snapshot import SceneSnapshot
-from .freshness import inputs_now, remark
+from .freshness import items_now, refresh_of, remark, remembering
 from .load import answering, draws_surfaces
 from .loaded import Loaded, load
 from .places import adopt_unsaved, assets_of, user_folder
@@ -48,9 +50,10 @@ class Live:
         self._joined: dict[tuple[int, ...], Asset | None] = {}
         self._asked: dict[str, object] = {}  # settings of the scene's method and those it requires, as they are now
         self._focused: tuple[tuple, dict[str, Asset]] = ((), {})  # what `shown` was asked and answered last
-        self._seen: dict[str, str] = {}  # asset's inputs hash -> the same, of what the window saw when its bake started
+        self._seen: dict[str, Asset] = {}  # asset's inputs hash -> the asset as if it were made of what the window saw when its bake started
+        self.settled = 0.0  # time.monotonic() of the last reading that found other content than the one before
         self.problems: tuple[str, ...] = ()  # assets that could not be loaded
-        self.stale: tuple[str, ...] = ()  # reflectors whose assets were baked from another state of the scene
+        self.refreshes: dict[str, Refresh] = {}  # by name, reflectors whose assets were baked from another state of the scene
         self.remarks: dict[str, str] = {}  # reflector -> why its asset no longer serves it where it is, as a sentence
         self.other_settings: tuple[str, ...] = ()  # reflectors whose assets were baked with others than are set now
         self.missing: tuple[str, ...] = ()  # reflectors without assets
@@ -58,6 +61,11 @@ class Live:
         self.read_error = ""
         self.draw_error: Callable[[], str] = str  # why the viewport stopped drawing, "" while all is well
         self.heat_of: Callable[[int], object | None] = lambda region: None  # the map of errors (gpu/heat.py) of a 3D view, by its region's address
+
+    @property
+    def stale(self) -> tuple[str, ...]:
+        """Reflectors whose assets were baked from another state of the scene."""
+        return tuple(self.refreshes)
 
     def has_nothing_to_bake(self) -> bool:
         """Known to have no reflector; False while nothing is known."""
@@ -69,7 +77,7 @@ class Live:
 
     def look(self, scene: bpy.types.Scene) -> None:
         """Reads the scene again."""
-        start = time.perf_counter()
+        start, before = time.perf_counter(), self.content()
         try:
             self.snapshot = take_snapshot(depsgraph_of(scene))
             self.read_error = ""
@@ -77,8 +85,14 @@ class Live:
             self.snapshot, self.read_error = None, str(error)
         self.changed = False
         self.read_seconds = time.perf_counter() - start
+        if self.content() != before:
+            self.settled = time.monotonic()
         self._compare(scene)
         self.show(scene)
+
+    def content(self) -> str:
+        """A hash of all that assets depend on, as it was last read: no camera, nothing that renders do not show."""
+        return self.snapshot.geometry_hash if self.snapshot else ""
 
     def reload(self, scene: bpy.types.Scene) -> None:
         """Loads the assets of the scene's method again; reads the scene when that was never done."""
@@ -125,13 +139,13 @@ class Live:
 
     def _compare(self, scene: bpy.types.Scene) -> None:
         """Which reflectors have no assets, or old ones."""
-        self.stale = self.missing = self.other_settings = ()
-        self.remarks = {}
+        self.missing = self.other_settings = ()
+        self.remarks, self.refreshes = {}, {}
         self._asked = asked = scene.reflect.bake_settings() if is_on(scene) else {}
         self._joined = {key: asset and drawn_with(asset, asked) for key, asset in self._joined.items()}
         if self.snapshot is None or not is_on(scene):
             return
-        stale, missing, other = [], [], []
+        missing, other, balls = [], [], cache(partial(balls_of, self.snapshot))
         chosen = by_hand(scene, self.snapshot.reflectors())
         for reflector in self.snapshot.reflectors():
             kinds = self.loaded.kinds(reflector.name)
@@ -141,17 +155,16 @@ class Live:
                 continue
             if said := " ".join(filter(None, (remark(asset, self.snapshot, reflector) for asset in found))):
                 self.remarks[reflector.name] = said
-            if said or any(self._is_stale(asset) for asset in found):
-                stale.append(reflector.name)
+            if refresh := refresh_of(self.snapshot, reflector, [self._as_seen(asset) for asset in found], balls):
+                self.refreshes[reflector.name] = refresh
             if not self.loaded.is_as_asked(reflector.name, found, asked, chosen.get(reflector.object_name)):
                 other.append(reflector.name)
-        self.stale, self.missing, self.other_settings = tuple(stale), tuple(missing), tuple(other)
+        self.missing, self.other_settings = tuple(missing), tuple(other)
 
-    def _is_stale(self, asset: Asset) -> bool:
+    def _as_seen(self, asset: Asset) -> Asset:
         """A bake reads the scene as renders see it, the window as viewports do (other subdivision levels, say): what
         this window baked itself is compared with what the window saw when it started that bake."""
-        now = inputs_now(self.snapshot, asset)
-        return not now or now != self._seen.get(asset.inputs_hash, asset.inputs_hash)
+        return self._seen.get(asset.inputs_hash, asset)
 
     def bake_starts(self, scene: bpy.types.Scene) -> SceneSnapshot | None:
         """What is baked now, as the window sees it; None when the scene cannot be read."""
@@ -162,9 +175,11 @@ class Live:
     def bake_ended(self, scene: bpy.types.Scene, folders: tuple[str, ...], seen: SceneSnapshot | None) -> None:
         """Loads what a bake wrote that started when the window saw `seen`."""
         self.reload(scene)
+        balls = balls_of(seen) if seen else {}
         for (kind, reflector), asset in self.assets.items():
             if seen is not None and str(self.loaded.folder / asset_name(kind, reflector)) in folders:
-                self._seen[asset.inputs_hash] = inputs_now(seen, asset)
+                required = [self.asset(name, reflector) for name in methods.get(kind).REQUIRES]
+                self._seen[asset.inputs_hash] = remembering(asset, seen, items_now(seen, asset, filter(None, required)), balls)
         self._compare(scene)
 
     def joined(self) -> dict[str, Asset]:

@@ -15,7 +15,7 @@ from ..core.planning.candidates import Changes, Trial
 from ..core.planning.choose import Choice, choose
 from ..core.planning.goal import Goal
 from ..core.planning.leave_out import left_out
-from ..core.planning.plan import Plan, row_of, unworded, words
+from ..core.planning.plan import Plan, inputs_of, row_of, unworded, words
 from ..core.progress import Progress
 from ..core.snapshot import Instance, SceneSnapshot
 from .freshness import settings_for
@@ -52,7 +52,7 @@ def plan(
         for choice, trial in zip(choices, trials, strict=True)
     ]
     seconds = time.perf_counter() - began
-    return Plan(goal, snapshot.geometry_hash, words(settings) + words(chosen), by_cameras, seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
+    return Plan(goal, inputs_of(snapshot), words(settings) + words(chosen), by_cameras, seconds, tuple(map(row_of, choices)), tuple(warnings)), choices
 
 
 def _overruled(by_hand: str, reflector: Instance, earlier: Plan | None, settings: dict[str, object]) -> tuple[str, tuple[str, Changes] | None]:

@@ -8,10 +8,11 @@ from itertools import product
 import bpy
 import numpy as np
 
+from ..core.scene_items import digest
 from ..core.snapshot import Bulb, Instance, Material, Mesh, SceneSnapshot, Sun
 from ..core.spaces import FAR
 from .camera import camera_place
-from .fingerprint import Fingerprint
+from .fingerprint import Fingerprint, light_hash
 from .geometry import read_mesh
 from .lamps import intensity, lamp_mesh
 from .materials import reflect_material
@@ -35,7 +36,8 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
     """
     if visibility not in {"VIEWPORT", "RENDER"}:
         raise ValueError(f"visibility is VIEWPORT or RENDER, not {visibility}")
-    reader = _Reader(Fingerprint())
+    scene = depsgraph.scene_eval
+    reader = _Reader(Fingerprint(scene, depsgraph.view_layer_eval))
     for dupli in depsgraph.object_instances:
         original = dupli.instance_object.original if dupli.is_instance else dupli.object.original
         if visibility == "RENDER" and _off_in_renders(dupli):
@@ -43,8 +45,7 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         if dupli.show_self or dupli.is_instance:
             reader.add(dupli, original)
     reader.warn_of_the_faceless()
-    scene = depsgraph.scene_eval
-    reader.fingerprint.world(scene, depsgraph.view_layer_eval)
+    items = reader.fingerprint.items()
     return SceneSnapshot(
         scene.name,
         scene.frame_current,
@@ -52,12 +53,12 @@ def take_snapshot(depsgraph: bpy.types.Depsgraph, *, visibility: str = "VIEWPORT
         tuple(reader.materials),
         tuple(reader.instances),
         lamps=tuple(reader.lamps),
-        geometry_hash=reader.fingerprint.hexdigest(),
+        geometry_hash=digest(items),
         warnings=tuple(reader.warnings),
-        light_hash=reader.fingerprint.light_hexdigest(),
+        light_hash=light_hash(items),
         suns=tuple(reader.suns),
         bulbs=tuple(reader.bulbs),
-        instance_hashes=reader.fingerprint.instances,
+        items=items,
         camera=camera_place(depsgraph),
     )
 
@@ -109,10 +110,13 @@ class _Reader:
     def add(self, dupli, original) -> None:
         obj = dupli.object
         matrix = np.array(dupli.matrix_world, np.float64)
+        name, in_renders = original.name, not _off_in_renders(dupli)
         if obj.type == "LIGHT":
-            self.fingerprint.light(obj, matrix)
-            return self._lamp(obj, original.name, matrix, dupli.is_instance)
-        name = original.name
+            if in_renders:
+                self.fingerprint.light(obj, name, matrix)
+            return self._lamp(obj, name, matrix, dupli.is_instance, in_renders)
+        if in_renders:
+            self.fingerprint.strands(obj, name, matrix)
         if obj.type in WITH_FACES:
             self._expected[name] = None
         if obj.type == "MESH" and obj.data.is_editmode and len(obj.data.polygons) == 0:
@@ -146,9 +150,11 @@ class _Reader:
             obj.visible_glossy,
         )
         self.instances.append(instance)
-        self.fingerprint.instance(obj, instance)
+        if in_renders:  # a window shows what no bake sees
+            owners = (dupli.instance_object, dupli.parent) if dupli.is_instance else (obj,)
+            self.fingerprint.instance(obj, instance, self.meshes[index].key, owners)
 
-    def _lamp(self, obj, name: str, matrix: np.ndarray, is_dupli: bool) -> None:
+    def _lamp(self, obj, name: str, matrix: np.ndarray, is_dupli: bool, in_renders: bool) -> None:
         if obj.data.type == "SUN" and obj.visible_glossy and obj.data.angle > 0 and np.isfinite(matrix).all():
             toward = matrix[:3, 2] / max(np.linalg.norm(matrix[:3, 2]), 1e-30)
             self.suns.append(Sun(self._unique(name, is_dupli), tuple(toward.tolist()), float(obj.data.angle)))
@@ -159,9 +165,9 @@ class _Reader:
         if mesh is None or not np.linalg.norm(matrix[:3, :3], axis=0).all() or np.abs(matrix).max() > FAR:
             return
         self.meshes.append(mesh)
-        self.fingerprint.mesh(mesh)
-        unique = self._unique(name, is_dupli)
-        self.lamps.append(Instance(unique, name, len(self.meshes) - 1, matrix, (), mark="NO"))
+        self.lamps.append(Instance(self._unique(name, is_dupli), name, len(self.meshes) - 1, matrix, (), mark="NO"))
+        if in_renders:
+            self.fingerprint.lamp(self.lamps[-1], mesh.key)
 
     def _mesh(self, obj, name: str, mirrored: bool) -> int | None:
         key = (obj.data.as_pointer(), mirrored)
@@ -174,7 +180,6 @@ class _Reader:
                 self.meshes.append(mesh)
                 low, high = mesh.positions.min(0), mesh.positions.max(0)
                 self._boxes[len(self.meshes) - 1] = np.array(list(product(*zip(low, high))), np.float64)
-                self.fingerprint.mesh(mesh)
             else:
                 self._mesh_index[key] = None
                 self._warn(name, "its faces have no area")
@@ -185,7 +190,6 @@ class _Reader:
         if key not in self._material_index:
             self._material_index[key] = len(self.materials)
             self.materials.append(reflect_material(material))
-            self.fingerprint.material(material)
         return self._material_index[key]
 
     def _unique(self, name: str, is_dupli: bool) -> str:

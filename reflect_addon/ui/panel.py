@@ -14,6 +14,7 @@ from . import mirror_source
 from .map_preview import icon_of
 
 LISTED = 12  # reflectors named in the panel; a scene may have thousands
+EXPLAINED = 3  # of those that are old, why and what a bake takes; the ones that are wrong most
 
 
 class Tab:
@@ -83,6 +84,9 @@ class REFLECT_PT_settings(Tab, bpy.types.Panel):
         layout, settings = self.layout, context.scene.reflect
         layout.use_property_split, layout.use_property_decorate = True, False
         _fields(layout, settings, advanced=False)
+        layout.prop(settings, "refresh")
+        if settings.refresh == "LIVE":
+            layout.prop(settings, "refresh_seconds")
         layout.prop(settings, "half_distance")
         if can_focus(settings.method):
             row = layout.row(align=True)
@@ -177,8 +181,10 @@ def _warnings(context, state):
     if state.missing:
         yield f"Not baked yet: {_names(state.missing)}. Press Bake."
     yield from dict.fromkeys(state.remarks.values())
-    if changed := [name for name in state.stale if name not in state.remarks]:
-        yield f"The scene changed since the bake of {_names(changed)}. Bake again to bring it up to date."
+    changed = [one for one in state.refreshes.values() if one.reflector not in state.remarks]
+    if changed:
+        yield f"The scene changed since the bake of {_names([one.reflector for one in changed])}. Bake again to bring it up to date."
+    yield from (one.sentence() for one in sorted(changed, key=lambda one: -one.error)[:EXPLAINED])
     if state.other_settings:
         yield f"{_names(state.other_settings)} was baked with other settings than these. Bake again to use these."
     yield from _without_background(context, state)

@@ -108,6 +108,26 @@ class ReflectSceneSettings(bpy.types.PropertyGroup):
         update=_look_changed,
     )
 
+    refresh: bpy.props.EnumProperty(
+        name="Refresh",
+        description="What happens with reflections that are old because the scene changed. Moving a camera makes none old",
+        items=(
+            ("NEVER", "By Hand", "They stay as they are until Bake is pressed"),
+            ("IDLE", "When Idle", "When nothing was changed for some seconds they are baked again in the background, one reflector after the other, those "
+             "that are wrong most first. A change stops it"),
+            ("LIVE", "At Once", "As soon as something was changed they are baked again, as many as the time budget allows"),
+        ),
+        default="NEVER",
+    )  # fmt: skip
+    refresh_seconds: bpy.props.FloatProperty(
+        name="Time Budget",
+        description="Seconds of baking after a change, as the last bakes took. What takes longer stays old until Bake is pressed",
+        default=10.0,
+        min=0.0,
+        soft_max=300.0,
+        subtype="TIME_ABSOLUTE",
+    )
+
     native_pack: bpy.props.BoolProperty(
         name="Pack",
         description="Keep the images of Use in Materials in the .blend. Off: they are written beside the assets, and the .blend needs them",

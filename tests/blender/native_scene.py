@@ -12,7 +12,7 @@ from reflect_addon.core.asset_files import save_asset
 from reflect_addon.core.asset_places import asset_name
 from reflect_addon.core.methods import box_proxy, environment
 from reflect_addon.evaluation.frame import open_frame
-from reflect_addon.scene.freshness import inputs_hash
+from reflect_addon.scene.freshness import items_now, remembering
 from reflect_addon.scene.native_materials import use_in_materials
 from reflect_addon.scene.places import assets_of
 
@@ -147,5 +147,6 @@ def save_assets(scene) -> None:
     snapshot = snapshot_of(scene)
     for reflector in snapshot.reflectors():
         for kind, asset in room_assets().items():
-            fresh = inputs_hash(snapshot, kind, (reflector,), asset.settings)
-            save_asset(replace(asset, reflector=reflector.name, inputs_hash=fresh), assets_of(scene) / asset_name(kind, reflector.name))
+            asset = replace(asset, reflector=reflector.name)
+            fresh = remembering(asset, snapshot, items_now(snapshot, asset, room_assets().values()), {})
+            save_asset(fresh, assets_of(scene) / asset_name(kind, reflector.name))

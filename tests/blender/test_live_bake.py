@@ -101,7 +101,9 @@ def test_light_has_a_key_of_its_own(stage):
     red.data.vertices[0].co.x += 0.1
     red.data.update()
     assert key()
-    red.active_material.roughness += 0.1
+    red.active_material.roughness += 0.1  # which the viewport alone shows
+    assert key()
+    red.active_material.node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value += 0.1
     assert not key()
     red.data.materials[0] = bpy.data.materials["Blue"]
     assert not key()

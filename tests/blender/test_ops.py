@@ -176,12 +176,11 @@ def test_what_decides_only_what_is_drawn_makes_nothing_old(ball, monkeypatch):
 
 
 def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
-    from reflect_addon.scene.freshness import inputs_hash
+    from reflect_addon.scene.freshness import items_now, remembering
     from reflect_addon.scene.places import assets_of
 
-    snapshot = live_state().snapshot
-    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[:1], {})
-    save_asset(environment(fresh), assets_of(bpy.context.scene) / "environment-Ball")
+    snapshot, asset = live_state().snapshot, environment()
+    save_asset(remembering(asset, snapshot, items_now(snapshot, asset), {}), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
     assert (live_state().missing, live_state().stale) == ((), ())
     bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))
@@ -194,13 +193,12 @@ def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
 def test_another_setting_makes_assets_old(ball):
     """Baked by the command line with its defaults: fresh here. A changed field says so, undo takes it back."""
     from reflect_addon.core.methods import environment as method
-    from reflect_addon.scene.freshness import inputs_hash
+    from reflect_addon.scene.freshness import items_now, remembering
     from reflect_addon.scene.places import assets_of
 
     snapshot, settings = live_state().snapshot, bpy.context.scene.reflect
-    fresh = inputs_hash(snapshot, "environment", snapshot.reflectors()[:1], method.DEFAULTS)
-    asset = replace(environment(fresh), settings=dict(method.DEFAULTS))
-    save_asset(asset, assets_of(bpy.context.scene) / "environment-Ball")
+    asset = replace(environment(), settings=dict(method.DEFAULTS))
+    save_asset(remembering(asset, snapshot, items_now(snapshot, asset), {}), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
     assert (live_state().stale, live_state().other_settings) == ((), ())
     bpy.ops.ed.undo_push(message="before")
@@ -333,7 +331,7 @@ def test_a_modal_bake_is_cancelled(ball, monkeypatch, way):
 
     fake_worker(monkeypatch, "print(json.dumps({'progress': .5, 'message': 'half'}), flush=True); time.sleep(60)")
     events, reports = Events(), []
-    operator = SimpleNamespace(selected=False, report=lambda kind, text: reports.append(text))
+    operator = SimpleNamespace(selected=False, only="", report=lambda kind, text: reports.append(text))
     for name in ("execute", "_start", "_finish", "_fail", "_leave_window"):
         setattr(operator, name, getattr(bake.REFLECT_OT_bake, name).__get__(operator))
     step = lambda kind: bake.REFLECT_OT_bake.modal(operator, events, SimpleNamespace(type=kind, value="PRESS"))
@@ -360,7 +358,7 @@ def test_switching_the_add_on_off_ends_the_bake(ball, monkeypatch):
     from reflect_addon.ops import bake
 
     fake_worker(monkeypatch, "time.sleep(60)")
-    operator = SimpleNamespace(selected=False, report=lambda *_: None)
+    operator = SimpleNamespace(selected=False, only="", report=lambda *_: None)
     worker = bake.REFLECT_OT_bake._start(operator, bpy.context)
     reflect_addon.unregister()
     assert not worker.state.running and bake.running() is None

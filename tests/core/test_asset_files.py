@@ -42,6 +42,8 @@ def example(value: float = 1.0, side: int = 5) -> Asset:
         bake_seconds=1.25,
         parts=(Part("Suzanne", "reflector", -1, MATRIX, "ef" * 20), Part("Täfel/2", "flat", 0, MATRIX[::-1], "")),
         light_hash="cd" * 32,
+        items={"shape": {"Suzanne": "0123456789ab", "Täfel/2": "ff"}, "world": {"": "ab"}},
+        balls={"Suzanne": (0.1, -2.0, 3e9, 0.5)},
     )
 
 
@@ -82,8 +84,8 @@ def test_any_values_round_trip(image, reflector, uniform):
 
 def test_an_asset_from_before_there_were_parts_loads(tmp_path):
     folder = save_asset(example(), tmp_path / "a")
-    edit(folder, lambda d: (d.pop("parts"), d.pop("light_hash")))
-    assert_equal(load_asset(folder), dataclasses.replace(example(), parts=(), light_hash=""))
+    edit(folder, lambda d: [d.pop(name) for name in ("parts", "light_hash", "items", "balls")])
+    assert_equal(load_asset(folder), dataclasses.replace(example(), parts=(), light_hash="", items={}, balls={}))
 
 
 def test_numpy_reads_the_files(tmp_path):
@@ -119,6 +121,8 @@ def test_replacing_leaves_only_the_new_files(tmp_path):
         {"parts": (Part("a", "flat", -2, MATRIX, ""),)},
         {"parts": (Part("a", "flat", 0, (float("inf"),) * 16, ""),)},
         {"light_hash": 3},
+        {"items": {"shape": {"a": "no hash"}}},
+        {"balls": {"a": (0.0, 0.0, float("nan"), 1.0)}},
     ],
 )
 def test_an_asset_against_the_rules_is_not_written(tmp_path, wrong):

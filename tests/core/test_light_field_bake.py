@@ -32,6 +32,13 @@ def room(mirror=None, **others):
     return replace(scene, light_hash="lit")
 
 
+def moved(scene, by):
+    """The same mirror elsewhere."""
+    place = scene.instances[0].world_from_object.copy()
+    place[:3, 3] += by
+    return replace(scene, instances=(replace(scene.instances[0], world_from_object=place), *scene.instances[1:]))
+
+
 def baked(scene, made=None, paint=None, change=None, **settings):
     one = job(scene, {**SMALL, **settings}, made=made, paint=paint)
     return light_field.bake(replace(one, **(change or {})))
@@ -65,12 +72,26 @@ def test_it_has_a_fraction_of_an_environments_error(depth, rng):
     scene, share = room(), tolerances.LIGHT_FIELD_OF_ENVIRONMENT[depth]
     asset = baked(scene, depth=depth, room=0.5, view_texels=64 if depth else 32, views=8 if depth else 16)
     for at in ((0, 0, 0), (0.3, -0.2, 0.1)):
-        there = room(ball(at))
+        there = moved(scene, at)
         rays = outward(rng, at=at)
         flat = environment.bake(job(there, {**environment.DEFAULTS, "resolution": 64, "samples": 1, "sky_error": 0}))
         assert rmse(asset, rays, there) < share * rmse(flat, rays, there)
         assert light_field.remark(asset, there, there.instances[0]) == ""
         assert light_field.inputs(there, there.instances[:1]) == light_field.inputs(scene, scene.instances[:1])
+
+
+def test_it_is_made_again_for_another_shape_or_where_a_turned_one_sees_no_rays():
+    """A mirror on the wall has no rays into the wall; one in the room has all, and turns as it likes."""
+    corners = [[-3.98, y, z] for y, z in ((-0.75, -0.5), (0.75, -0.5), (0.75, 0.5), (-0.75, 0.5))]
+    pane = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]])
+    for mirror, wanted in ((pane, True), (ball(), False)):
+        scene = room(mirror)
+        asset, own = baked(scene, room=1.0 if mirror is not pane else 0.0), scene.instances[0]
+        turned = replace(own, world_from_object=own.world_from_object @ np.diag([-1.0, -1.0, 1.0, 1.0]))
+        assert light_field.remark(asset, scene, own) == ""
+        assert ("was turned" in light_field.remark(asset, scene, turned)) == wanted
+        other = replace(scene, meshes=(replace(scene.meshes[0], positions=0.9 * scene.meshes[0].positions), *scene.meshes[1:]))
+        assert light_field.inputs(other, (own,)) != light_field.inputs(scene, (own,))
 
 
 def test_it_tells_when_the_reflector_leaves(rng):

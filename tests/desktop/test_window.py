@@ -69,6 +69,13 @@ def test_things_that_touch_and_move():
 
 @pytest.mark.alone
 @pytest.mark.desktop
+def test_what_is_old_is_baked_again_by_itself():
+    found = session("run_refresh", "contact.blend", "Suzanne matt")
+    assert "04-fresh" in found["steps"] and found["seconds"]["idle: stopped by a change"] < 5.0
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
 def test_virtual_objects_follow_what_moves():
     assert "05-back" in session("run_virtual", "contact.blend", "Suzanne matt")["steps"]
 

@@ -10,7 +10,9 @@ A method module has
     trace(k, asset, ray) -> Hit  the kernel (docs/decisions.md, "Kernel language")
 and may have
     COMPANIONS: tuple[str, ...]                  kinds of which the first that is baked answers with it, with the setting `contact`
-    inputs(scene, reflectors) -> str             hash of what its content depends on, where that is less than the whole scene
+    inputs(scene, reflectors) -> Items           what its content depends on (core/scene_items.py), where that is not light and all that it falls on
+    READS_REQUIRED: bool                         whether its bake reads the assets of REQUIRES; False where it is not given
+    GOES_ON: bool                                whether a bake may go on from an earlier one of another state of the scene; False where it is not given
     remark(asset, scene, reflector) -> str       a sentence when the asset no longer serves the reflector where it is now
     predicted_bytes(job: BakeJob) -> int         memory of the asset, before it is baked
     report(asset) -> str                         what was left out, as a sentence

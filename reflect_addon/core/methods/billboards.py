@@ -39,7 +39,8 @@ from ..mirrors import mirror_of
 from ..outlines import of_table as outlines  # noqa: F401  the method's own (methods/__init__.py)
 from ..remake import parts_of
 from ..row_search import Among, spans
-from ..snapshot import Instance, corners_of
+from ..scene_items import MIRRORS, Items, mirrors, radiance
+from ..snapshot import Instance, SceneSnapshot, corners_of
 from ..view_dependent import arranged, images_of
 from . import environment
 
@@ -183,6 +184,12 @@ def _is_mirror_room(job: BakeJob, instance: Instance, point: np.ndarray) -> bool
     mirrors look there, and without the room they would see through its walls."""
     mirror = mirror_of(job.scene, instance) if _encloses(job, instance, point) else None
     return mirror is not None and mirror.whole
+
+
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> Items:
+    """Light and what it falls on, and which things are mirrors to others: a mark says that, too."""
+    found = radiance(scene)
+    return found and {**found, MIRRORS: mirrors(scene)}
 
 
 def trace(k, asset, ray) -> Hit:

@@ -17,12 +17,14 @@ from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
 from ..outlines import of_room as outlines  # noqa: F401  the method's own (methods/__init__.py)
+from ..scene_items import geometry as inputs  # noqa: F401  distances are read, and no light
 from ..slab import exit_distance
 from . import environment
 
 NAME = "box_proxy"
 LABEL = "Box Proxy"
 REQUIRES = ("environment",)
+READS_REQUIRED = True
 DEFAULTS = {}
 
 

@@ -36,6 +36,7 @@ from ..row_search import Among, spans
 from ..settings import COMMON, Setting
 from ..view_dependent import arranged, images_of
 from . import billboards
+from .billboards import inputs  # noqa: F401  the method's own (methods/__init__.py)
 
 NAME = "depth_maps"
 LABEL = "Depth Maps"

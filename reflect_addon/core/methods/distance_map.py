@@ -19,12 +19,14 @@ from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
 from ..outlines import of_center as outlines  # noqa: F401  the method's own (methods/__init__.py)
+from ..scene_items import geometry as inputs  # noqa: F401  distances are read, and no light
 from ..settings import Setting
 from . import environment
 
 NAME = "distance_map"
 LABEL = "Distance Map"
 REQUIRES = ("environment",)
+READS_REQUIRED = True
 EFFORT = 4.0
 SETTINGS = {
     "guesses": Setting("Guesses", "Steps that look for the point which a reflected ray hits. Each costs time for each pixel",

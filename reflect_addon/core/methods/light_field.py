@@ -36,7 +36,8 @@ from ..light_field_refocus import distance_of, focused  # noqa: F401  the method
 from ..light_field_slab import Slab, bake_slab, filled
 from ..light_field_trace import SlabTracer
 from ..outlines import Outlines, of_box, of_rectangle
-from ..remake import parts_of
+from ..remake import REFLECTOR, SAME_PLACE, parts_of
+from ..scene_items import PAINT, PLACE, RAYS, Items, radiance, without
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
 from . import billboards, depth_maps
@@ -45,6 +46,7 @@ NAME = "light_field"
 LABEL = "Light Field"
 REQUIRES = ()
 EFFORT = 7.0
+GOES_ON = True
 COMPANIONS = ("depth_maps", "billboards")
 # Hits of the companions count whole up to this share of the reflector's size, and not at all from its whole on.
 CONTACT = 0.5
@@ -152,9 +154,9 @@ def predicted_bytes(job: BakeJob) -> int:
     return texels // 2 + (cell.shape()[0] * cell.shape()[1] * 2 if job.settings["depth"] else 0)
 
 
-def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
-    """Hash of what the content depends on: not where in its cell the reflector is."""
-    return scene.hash_without({r.name for r in reflectors})
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> Items:
+    """Light and what it falls on, but not where in its cell the reflector is. Its shape decides which rays were traced."""
+    return without(radiance(scene), (PAINT, PLACE, RAYS), {r.name for r in reflectors})
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
@@ -162,9 +164,16 @@ def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:
     cell, left = cell_of(asset), "has left its light field's cell: bake again, with Room or Whole Path if it is to move."
     if not cell.contains(scene.world_positions(reflector)).all():
         return f"{reflector.name} {left}"
+    if not holds(asset, cell.center[None])[0] and _has_turned(asset, reflector):
+        return f"{reflector.name} was turned, and now sees where its light field has no rays: bake again."
     if asset.settings.get("cameras") and scene.camera is not None and not cell.contains(scene.camera):
         return f"The camera {left}"
     return ""
+
+
+def _has_turned(asset: Asset, reflector: Instance) -> bool:
+    own = next((part for part in asset.parts if part.kind == REFLECTOR and part.instance == reflector.name), None)
+    return own is not None and not np.allclose(own.matrix()[:3, :3], reflector.world_from_object[:3, :3], atol=SAME_PLACE * np.abs(own.matrix()[:3, :3]).max())
 
 
 def holds(asset: Asset, points: np.ndarray) -> np.ndarray:

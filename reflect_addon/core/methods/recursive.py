@@ -31,6 +31,7 @@ from ..kernel import Hit
 from ..mirror_planes import MirrorPlane, planes_of
 from ..reflection_tree import Culling
 from ..remake import REFLECTOR, part_of
+from ..scene_items import OWN, Items, light_alone
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
 from ..spaces import STATUS_FELL_BACK
@@ -132,9 +133,10 @@ def answered_by(
     return viewed, () if viewed else live
 
 
-def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
-    """Of the reflectors' shapes, of whose surfaces are drawn, and of the sky, which is a part of the light."""
-    return "\0".join([scene.light_hash, reflected_surfaces.inputs_of(scene, reflectors)]) if scene.light_hash else ""
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> Items:
+    """The reflectors' shapes and marks, whose surfaces are drawn, and light, of which the sky is a part."""
+    light = light_alone(scene)
+    return light and {**light, **reflected_surfaces.inputs_of(scene, reflectors), OWN: {r.name: str(int(r.mark == "YES")) for r in reflectors}}
 
 
 def report(asset: Asset) -> str:

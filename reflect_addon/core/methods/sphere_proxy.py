@@ -15,12 +15,14 @@ from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Hit
 from ..outlines import Outlines, of_center, of_sphere
+from ..scene_items import geometry as inputs  # noqa: F401  distances are read, and no light
 from ..weighted import weighted_median
 from . import environment
 
 NAME = "sphere_proxy"
 LABEL = "Sphere Proxy"
 REQUIRES = ("environment",)
+READS_REQUIRED = True
 DEFAULTS = {}
 
 

@@ -27,6 +27,7 @@ from ..part_pieces import half_angle, pieces_of
 from ..rays import Rays
 from ..reflector_parts import left_out, part_surface, parts_of
 from ..remake import REFLECTOR, is_rigid, motion, part_of
+from ..scene_items import OWN, Items
 from ..settings import Setting
 from ..snapshot import Instance, SceneSnapshot
 from ..spaces import STATUS_FELL_BACK
@@ -198,9 +199,10 @@ def _is_convex(positions: np.ndarray, triangles: np.ndarray) -> bool:
     return bool(above.max() <= BULGE * size or above.min() >= -BULGE * size)
 
 
-def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> str:
-    """Of the reflectors' shapes and of whose surfaces are drawn: nothing else is in an asset."""
-    return reflected_surfaces.inputs_of(scene, reflectors)
+def inputs(scene: SceneSnapshot, reflectors: tuple[Instance, ...]) -> Items:
+    """The reflectors' shapes, where they are shiny, and whose surfaces are drawn: nothing else is in an asset."""
+    shiny = {r.name: "".join(str(int(scene.materials[m].is_reflector)) for m in r.materials) for r in reflectors}
+    return {**reflected_surfaces.inputs_of(scene, reflectors), OWN: shiny}
 
 
 def remark(asset: Asset, scene: SceneSnapshot, reflector: Instance) -> str:

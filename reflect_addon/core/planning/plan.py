@@ -4,12 +4,14 @@ assets that it names; reading it trusts nothing."""
 import json
 import math
 from collections.abc import Collection
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import get_args, get_origin, get_type_hints
 
 from ..errors import ReflectError
 from ..safe_write import write_whole
+from ..scene_items import MATERIALS, MIRRORS, digest, geometry, mirrors
+from ..snapshot import SceneSnapshot
 from .choose import Choice, LeftOut
 from .goal import Goal
 
@@ -59,7 +61,7 @@ class Row:
 @dataclass(frozen=True)
 class Plan:
     goal: Goal
-    inputs: str  # SceneSnapshot.geometry_hash that it was made for
+    inputs: str  # scene_items.digest of what it was made for, see inputs_of
     settings: tuple[str, ...]  # NAME=VALUE, of the bakes, where they are not the methods' own; and OBJECT=METHOD of what was chosen by hand
     by_cameras: bool  # whether the scene's cameras say what is seen
     seconds: float  # that planning took
@@ -73,6 +75,13 @@ class Plan:
 
     def row_of(self, reflector: str) -> Row | None:
         return next((row for row in self.rows if row.reflector == reflector), None)
+
+
+def inputs_of(scene: SceneSnapshot) -> str:
+    """What a plan of the scene depends on: where rays end, what mirrors, and how; no light. "" for a scene that is not known."""
+    ends = geometry(scene)
+    looks = {i.name: repr([replace(scene.materials[m], name="") for m in i.materials]) for i in scene.instances}
+    return digest({**ends, MATERIALS: looks, MIRRORS: mirrors(scene)}) if ends else ""
 
 
 def row_of(choice: Choice) -> Row:
