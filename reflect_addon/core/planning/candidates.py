@@ -21,7 +21,7 @@ from ..asset_images import kind_of
 from ..job import BakeJob
 from ..kernel import Counts, Program, record, run_numpy
 from ..methods import environment
-from .errors import EXACT, Measured, in_unit, measured, ray_errors
+from .errors import ELSEWHERE, EXACT, Measured, in_unit, measured, ray_errors
 from .goal import PROMISED, Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
@@ -57,6 +57,10 @@ class Candidate:
     def promised(self) -> float:
         """In the goal's unit."""
         return np.inf if self.errors is None else self.errors.promised
+
+    def far_off(self) -> tuple[float, float]:
+        """What is nearest where nothing keeps a tolerance has the least of: what is promised, and, where that is ELSEWHERE anyway, the mean."""
+        return min(self.promised, ELSEWHERE), self.errors.mean
 
     @property
     def is_plain(self) -> bool:
@@ -105,7 +109,7 @@ class Trial:
         if self._kept is not None:
             return self._as_it_is(say)
         found = list(self._climbed(say))
-        best = min((c for c in found if c.errors), key=lambda c: (c.promised, c.errors.mean))
+        best = min((c for c in found if c.errors), key=Candidate.far_off)
         if best.promised > self._goal.tolerance and best.method != environment.NAME and not self._is_small():
             say(best.method)
             found[found.index(best)] = self.tried(best.method, best.changes, FINER)

@@ -87,7 +87,7 @@ def _choice(seen: Seen, candidates: tuple[Candidate, ...], goal: Goal) -> Choice
         if good:
             taken = min(good, key=_price)
             return Choice(seen, candidates, taken, f"The cheapest that keeps {goal.tolerance:g} {goal.unit}: {_told(taken, goal)}{_instead(there, taken, goal)}.")
-        taken = min(there, key=lambda c: (c.promised, c.errors.mean, *_price(c)))
+        taken = min(there, key=lambda c: (*c.far_off(), *_price(c)))
         return Choice(seen, candidates, taken, f"None keeps {goal.tolerance:g} {goal.unit} safely; the nearest: {_told(taken, goal)}{_instead(there, taken, goal)}.")
     least = min(c.errors.mean for c in there)
     taken = min((c for c in there if c.errors.mean <= max(CLOSE * least, EXACT)), key=_price)
