@@ -35,11 +35,13 @@ class Keeper:
 
     def next(self, scene: bpy.types.Scene, now: float) -> str | None:
         """The reflector to bake for, "" for all of them, or None: nothing is to be begun now. May stop the bake that it began before."""
+        if not live.is_on(scene):
+            return None
         state, policy = live.of(scene), scene.reflect.refresh
         if (quiet := quiet_state(scene)) != self.quiet:
             self.quiet = quiet
             live.note_change(scene)
-        if state.changed or not live.is_on(scene):
+        if state.changed:
             return None  # what changed is read first
         content = state.content() + quiet
         if self.worker is not None:
