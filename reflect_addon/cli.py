@@ -75,6 +75,7 @@ def parser() -> argparse.ArgumentParser:
     bake.add_argument("--objects", metavar="NAMES", help="only these reflectors, separated by commas")
     bake.add_argument("--object", action="append", default=[], metavar="NAME", help="one more reflector, commas and all")
     bake.add_argument("--out", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+    bake.add_argument("--views", type=Path, help=argparse.SUPPRESS)  # for the window's worker: what its 3D views see
     bake.add_argument("--again", action="store_true", help="bake what is fresh too")
     bake.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
     _settings(bake)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from . import unsuitable
 from .core import methods as registry
+from .core.camera import Camera
 from .core.errors import ReflectError
 from .core.safe_write import check_folder, check_writable, write_whole
 
@@ -41,7 +42,8 @@ def bake(arguments) -> None:
         if named:
             paths += bake_assets(snapshot, named, folder, tracer=partial(trace, scene=scene), **more)
         if named != wanted:
-            paths += bake_auto(scene, snapshot, folder, **more)
+            views = [Camera.of(view) for view in json.loads(arguments.views.read_text())] if arguments.views else []
+            paths += bake_auto(scene, snapshot, folder, views=views, **more)
     if arguments.json_progress:
         _print(arguments, json.dumps({"done": [str(p) for p in paths]}))
     else:
@@ -142,7 +144,7 @@ def trace_view(arguments) -> None:
     from .scene import view_truth
     from .scene.raytrace import trace
 
-    scene, camera = _scene(arguments), view_truth.view_in(arguments.view)
+    scene, camera = _scene(arguments), Camera.of(json.loads(arguments.view.read_text()))
     with open_frame(scene, None) as snapshot:
         picture = view_truth.trace_view(snapshot, camera, view_truth.SAMPLES, partial(trace, scene=scene), _json_progress(arguments))
     view_truth.write_picture(arguments.out, picture)

@@ -16,6 +16,14 @@ class Camera:
     width: int  # px
     height: int  # px
 
+    def plain(self) -> dict:
+        """As JSON keeps it; `of` reads it."""
+        return {"pose": self.world_from_camera.tolist(), "lens": self.clip_from_camera.tolist(), "size": [self.width, self.height]}
+
+    @staticmethod
+    def of(plain: dict) -> "Camera":
+        return Camera(np.array(plain["pose"]), np.array(plain["lens"]), *plain["size"])
+
     @property
     def is_orthographic(self) -> bool:
         return bool(self.clip_from_camera[3, 3] == 1.0)

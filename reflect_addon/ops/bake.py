@@ -2,9 +2,11 @@
 
 import bpy
 
+from ..core import methods
 from ..core.errors import Cancelled, ReflectError
 from ..scene import live
 from ..scene.bake_job import start_bake, unsaved_images
+from ..scene.camera import viewport_cameras
 from ..scene.worker import BakeState, Worker
 from ..ui.preferences import worker_preference
 
@@ -96,7 +98,8 @@ class REFLECT_OT_bake(bpy.types.Operator):
             self.report({"WARNING"}, f"The image {name} has unsaved changes, which the bake does not see; save it first")
         objects = [self.only] if self.only else [o.name for o in context.selected_objects] if self.selected else []
         self._scene, self._seen = scene.name, live.of(scene).bake_starts(scene)
-        _running = start_bake(scene, [scene.reflect.method], objects, scene.reflect.bake_arguments(), worker_preference())
+        views = viewport_cameras(scene) if scene.reflect.method == methods.AUTO else []
+        _running = start_bake(scene, [scene.reflect.method], objects, scene.reflect.bake_arguments(), worker_preference(), views)
         return _running
 
     def _finish(self, context, state: BakeState):

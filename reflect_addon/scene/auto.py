@@ -5,7 +5,7 @@ Where a proof fails the next dearer candidate is baked and proved in its place.
 """
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ import bpy
 
 from ..core import methods
 from ..core.asset_places import asset_name
+from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.planning.candidates import errors_of
 from ..core.planning.choose import Choice
@@ -34,9 +35,9 @@ PLANNING = 0.1  # share of the work
 
 def bake_auto(
     scene: bpy.types.Scene, snapshot: SceneSnapshot, folder: Path, *, reflectors: list[str] | tuple[str, ...] = (), settings: dict[str, object] | None = None,
-    progress: Progress | None = None, tracer: Callable | None = None, again: bool = False,
+    progress: Progress | None = None, tracer: Callable | None = None, again: bool = False, views: Sequence[Camera] = (),
 ) -> list[Path]:  # fmt: skip
-    """Plans, bakes and proves, for the named reflectors or all; returns the assets' folders. settings: of `auto` and of the bakes.
+    """Plans, bakes and proves, for the named reflectors or all; returns the assets' folders. settings: of `auto` and of the bakes; views: planner.plan's.
     ReflectError as scene/bake.py's."""
     chosen = chosen_reflectors(snapshot, reflectors)
     say = teller(progress, "The bake")
@@ -47,7 +48,7 @@ def bake_auto(
     earlier = _earlier(below)
     if earlier and not again and earlier.is_for(goal, inputs_of(snapshot), words(settings) + words(by_hand(scene, chosen)), names):
         return _bake_planned(earlier, names, below, bake, say)
-    made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen, earlier)
+    made, choices = plan(scene, snapshot, goal, settings, lambda s, t: say(PLANNING * s, f"planning: {t}"), chosen, earlier, views)
     for sentence in made.warnings:
         say(PLANNING, f"Warning: {sentence}")
     proved = _bake_and_prove(snapshot, choices, goal, below, bake, lambda s, t: say(PLANNING + (1 - PLANNING) * s, t))

@@ -1,12 +1,15 @@
 """Bakes the open file in another process: a copy of it, a worker, and nothing left behind (design, "Baking happens in
 another process")."""
 
+import json
 import shutil
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
 
+from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.processes import remove_abandoned, signature
 from .places import assets_of
@@ -15,12 +18,12 @@ from .worker_command import bake_command
 
 
 def start_bake(
-    scene: bpy.types.Scene, methods: list[str], objects: list[str] = (), settings: list[str] = (), preference: str = ""
+    scene: bpy.types.Scene, methods: list[str], objects: list[str] = (), settings: list[str] = (), preference: str = "", views: Sequence[Camera] = ()
 ) -> Worker:
     """Starts baking the methods for the scene as it is now, saved or not; returns at once with the running worker.
 
     objects: names of reflectors, none for all; settings: more arguments of the command line's bake; preference: the
-    worker executable that the user named. The open file, its changes and its dirty state stay as they are. ReflectError
+    worker executable that the user named; views: what 3D views show, for a plan. The open file, its changes and its dirty state stay as they are. ReflectError
     when there is no usable worker or no room for the copy.
     """
     remove_abandoned(Path(tempfile.gettempdir()), "reflect-bake-")
@@ -28,9 +31,11 @@ def start_bake(
     blend = scratch / (Path(bpy.data.filepath).stem or "unsaved")
     blend = blend.with_name(blend.name + ".blend")
     try:
-        command, environment = bake_command(
-            blend, list(methods), assets_of(scene), list(objects), [*settings, f"--scene={scene.name}"], preference
-        )
+        more = [*settings, f"--scene={scene.name}"]
+        if views:
+            (scratch / "views.json").write_text(json.dumps([view.plain() for view in views]))
+            more.append(f"--views={scratch / 'views.json'}")
+        command, environment = bake_command(blend, list(methods), assets_of(scene), list(objects), more, preference)
         save_copy(blend)
     except BaseException:
         shutil.rmtree(scratch, ignore_errors=True)

@@ -49,6 +49,17 @@ def camera_place(depsgraph: bpy.types.Depsgraph) -> tuple[float, float, float] |
     return place if np.isfinite(place).all() else None
 
 
+def viewport_cameras(scene: bpy.types.Scene) -> list[Camera]:
+    """Those of all 3D viewports that show a scene now."""
+    found = []
+    for area in (area for window in bpy.context.window_manager.windows if window.scene == scene for area in window.screen.areas):
+        if area.type == "VIEW_3D":
+            space, regions = area.spaces.active, [r for r in area.regions if r.type == "WINDOW"]
+            shown = zip(regions, space.region_quadviews or [space.region_3d], strict=False)
+            found += [viewport_camera(region, data) for region, data in shown if min(region.width, region.height) > 1]
+    return found
+
+
 def viewport_camera(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> Camera:
     """The camera of a 3D viewport."""
     view = np.array(region_data.view_matrix, np.float64)

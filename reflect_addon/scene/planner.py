@@ -10,6 +10,7 @@ from dataclasses import replace
 import bpy
 
 from ..core import methods
+from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.planning.candidates import Changes, Trial
 from ..core.planning.choose import Choice, choose
@@ -25,15 +26,15 @@ from .views import jobs_without_light, views_of
 
 def plan(
     scene: bpy.types.Scene, snapshot: SceneSnapshot, goal: Goal, settings: dict[str, object], say: Progress, reflectors: Sequence[Instance] | None = None,
-    earlier: Plan | None = None,
+    earlier: Plan | None = None, views: Sequence[Camera] = (),
 ) -> tuple[Plan, list[Choice]]:
     """settings: of the bakes, over the methods' defaults. reflectors: those that it is made for, all by default;
-    earlier: the plan from which those that are locked keep what they have. Returns it with what its rows were chosen by."""
+    earlier: the plan from which those that are locked keep what they have; views: what somebody sees beside the scene's camera. Returns it with what its rows were chosen by."""
     began = time.perf_counter()
     reflectors = snapshot.reflectors() if reflectors is None else reflectors
     chosen, job_of = by_hand(scene, reflectors), jobs_without_light(snapshot)
     say(0.0, "what is seen of each reflector")
-    seen, by_cameras = views_of(scene, snapshot, reflectors, job_of)
+    seen, by_cameras = views_of(scene, snapshot, reflectors, job_of, views)
     if goal.unit == "pixels" and not by_cameras:
         raise ReflectError(f"The scene {scene.name} has no camera, and so no pixels.", "Add a camera, or give a tolerance in degrees.")
     asked = lambda kind: settings_for(kind, settings)

@@ -71,8 +71,7 @@ class Tracing:
         try:
             scratch.mkdir()
             blend = scratch / f"{Path(bpy.data.filepath).stem or 'unsaved'}.blend"
-            view = {"pose": camera.world_from_camera.tolist(), "lens": camera.clip_from_camera.tolist(), "size": [camera.width, camera.height]}
-            (scratch / "view.json").write_text(json.dumps(view))
+            (scratch / "view.json").write_text(json.dumps(camera.plain()))
             arguments = ["--view", str(scratch / "view.json"), "--out", str(self._result), "--scene", scene.name]
             command, environment = reflect_command(blend, "trace-view", arguments, preference)
             save_copy(blend)
@@ -97,12 +96,6 @@ class Tracing:
     def close(self) -> None:
         self.worker.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
-
-
-def view_in(path: Path) -> Camera:
-    """The camera that Tracing wrote."""
-    view = json.loads(path.read_text())
-    return Camera(np.array(view["pose"]), np.array(view["lens"]), *view["size"])
 
 
 def write_picture(path: Path, picture: np.ndarray) -> None:

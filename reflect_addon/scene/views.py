@@ -1,7 +1,9 @@
-"""Which rays of a scene's reflectors are seen: by its camera over its frames, or, where it has none, from anywhere around them."""
+"""Which rays of a scene's reflectors are seen: by its camera over its frames and by whoever looks beside it, or, where it has none, from anywhere
+around them (what a 3D view shows at the moment is no reason to leave out what it shows a moment later)."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -38,22 +40,23 @@ def jobs_without_light(snapshot: SceneSnapshot) -> Callable[[Instance], BakeJob]
 
 
 def views_of(
-    scene: bpy.types.Scene, snapshot: SceneSnapshot, reflectors: Sequence[Instance], job_of: Callable[[Instance], BakeJob]
+    scene: bpy.types.Scene, snapshot: SceneSnapshot, reflectors: Sequence[Instance], job_of: Callable[[Instance], BakeJob], beside: Sequence[Camera] = ()
 ) -> tuple[list[Seen], bool]:
-    """(one for each reflector, whether cameras say what is seen). job_of: jobs_without_light's."""
+    """(one for each reflector, whether cameras say what is seen). job_of: jobs_without_light's; beside: 3D views, with the pixels that they have."""
     cameras = _cameras(scene)
     if not cameras:
         return seen_around(job_of, reflectors), False
     look = ray_mapper(snapshot)
+    pixels = [SIDE / (scene.render.resolution_x * scene.render.resolution_percentage / 100)] * len(cameras) + [SIDE / view.width for view in beside]
+    cameras += [replace(view, width=SIDE, height=min(max(round(SIDE * view.height / view.width), 1), 4 * SIDE)) for view in beside]
     maps = [look(camera) for camera in cameras]
     closer = list(_closer(maps, cameras))
-    pixel = SIDE / (scene.render.resolution_x * scene.render.resolution_percentage / 100)
-    scales = [pixel] * len(maps) + [pixel * finer for _, finer in closer]
-    return seen_by_cameras(maps, [look(part) for part, _ in closer], scales, job_of, reflectors), True
+    scales = pixels + [pixels[k] * finer for _, finer, k in closer]
+    return seen_by_cameras(maps, [look(part) for part, *_ in closer], scales, job_of, reflectors), True
 
 
-def _closer(maps: list[RayMap], cameras: list[Camera]) -> Iterator[tuple[Camera, int]]:
-    """Finer views of the reflectors that have few pixels, each where it is seen largest, and how many times finer they are."""
+def _closer(maps: list[RayMap], cameras: list[Camera]) -> Iterator[tuple[Camera, int, int]]:
+    """Finer views of the reflectors that have few pixels, each where it is seen largest, how many times finer they are, and of which camera."""
     for index in range(len(maps[0].reflector_names)):
         counts = [int((m.reflector == index).sum()) for m in maps]
         if not 0 < sum(counts) < FEW:
@@ -62,7 +65,7 @@ def _closer(maps: list[RayMap], cameras: list[Camera]) -> Iterator[tuple[Camera,
         y, x = np.nonzero(maps[k].reflector == index)
         part = cameras[k].part(int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1)
         finer = min(math.ceil(math.sqrt(2 * FEW / sum(counts))), FINER)
-        yield part.finer(finer), finer
+        yield part.finer(finer), finer, k
 
 
 def _cameras(scene: bpy.types.Scene) -> list[Camera]:

@@ -14,6 +14,7 @@ from tolerances import HIT_POINT_OF_DIAGONAL, RAYS_ON_EDGES
 import reflect_addon
 from reflect_addon import cli
 from reflect_addon.core import methods, metrics
+from reflect_addon.core.camera import Camera
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.kernel import record, run_numpy
 from reflect_addon.core.planning.goal import Goal
@@ -186,6 +187,29 @@ def test_views_around_where_there_is_no_camera_and_nothing_reflective(hall):
         assert abs(sum(c.seen.share for c in choices) - 1) < 1e-6
         matte = replace(snapshot, instances=tuple(replace(i, is_reflector=False) for i in snapshot.instances))
         assert plan(scene, matte, Goal(1.0), {}, silent)[0].rows == ()
+
+
+def test_what_a_view_beside_the_camera_shows_counts(hall, tmp_path):
+    """Far is behind the camera; whoever looks from the other side sees it alone, in a larger picture."""
+    scene = bpy.context.scene
+    scene.objects["Far"].location = (0.3, -2.2, 1.3)
+    scene.view_layers[0].update()
+    with open_frame(scene, None) as snapshot:
+        high = int(160 * scene.render.resolution_y / scene.render.resolution_x)
+        own = camera_of(scene, None, 160, high)
+        turn = np.diag([-1.0, 1.0, -1.0, 1.0])
+        view = Camera.of(json.loads(json.dumps(replace(own, world_from_camera=own.world_from_camera @ turn, width=1600, height=10 * high).plain())))
+        job_of = jobs_without_light(snapshot)
+        (alone, _), by_cameras = views_of(scene, snapshot, snapshot.reflectors(), job_of)
+        both, _ = views_of(scene, snapshot, snapshot.reflectors(), job_of, [view])
+        by_name = {one.reflector.name: one for one in both}
+        assert by_cameras and by_name["Far"].share > 0.01 and len(by_name["Far"].planned.rays) > 300
+        assert np.isfinite(by_name["Far"].planned.pixel).all() and (by_name["Far"].planned.pixel > 0).all()
+        assert alone.share / 2 == pytest.approx(by_name[alone.reflector.name].share, rel=1e-6)
+        assert plan(scene, snapshot, Goal(1.0), {}, silent)[0].row_of("Far").share == 0
+        assert plan(scene, snapshot, Goal(1.0), {}, silent, views=[view])[0].row_of("Far").share > 0.01
+        scene.camera = None
+        assert views_of(scene, snapshot, snapshot.reflectors(), job_of, [view])[1] is False, "a 3D view alone is no reason to leave anything out"
 
 
 def test_a_bare_sky_and_what_nobody_sees_need_a_map_alone(hall):

@@ -112,7 +112,7 @@ def test_a_bake_loads_what_it_made(ball, monkeypatch, tmp_path):
     )
     assert live_state().missing == ("Ball",)
     assert bpy.ops.reflect.bake() == {"FINISHED"}
-    scene, methods, objects, settings, _worker = seen[0]
+    scene, methods, objects, settings, *_ = seen[0]
     assert (scene, methods, objects) == (bpy.context.scene, ["environment"], [])
     assert "resolution" in " ".join(settings)
     state = live_state()
