@@ -11,10 +11,14 @@ FIRST_GUESS = 0.02  # share of a work from which the time that is left is said
 
 
 def teller(progress: Progress | None, what: str) -> Callable[[float, str], None]:
-    """A function that passes on, or does nothing without a listener, and raises Cancelled(what) when told to stop."""
+    """A function that passes on, or does nothing without a listener, and raises Cancelled(what) when told to stop. What it passes on never goes back: a
+    bake that traces more than it foresaw stands still for a while."""
+    furthest = 0.0
 
     def say(share: float, text: str) -> None:
-        if progress is not None and progress(share, text) is False:
+        nonlocal furthest
+        furthest = max(furthest, share)
+        if progress is not None and progress(furthest, text) is False:
             raise Cancelled(what)
 
     return say
