@@ -15,12 +15,9 @@ from .glossy import glossy_of, is_on, matte
 from .job import BakeJob
 from .mirrors import mirror_of
 from .rays import Hits, Rays
+from .reflected_samples import LIFT, LIFT_ROUNDING
 from .snapshot import Instance, corners_of
 
-# Rays start this share of the scene's diagonal above the surface: below any visible gap ...
-LIFT = 2e-5
-# ... or this share of their largest coordinate, above float32's rounding: a small scene may lie far from the origin.
-LIFT_ROUNDING = 8 * 2.0**-23
 # Of a lamp's size, rays to it start this far off: its mesh lies inside the true ball (scene/lamps.py), and from inside a
 # ball does not shine. At its rim more would be needed, but a shade may be near.
 LAMP_LIFT = 0.05

@@ -10,12 +10,13 @@ light is emission, which stands clear of the noise of both traces or does not co
 
 import numpy as np
 
-from .billboard_atlas import pack
+from .billboard_atlas import ROW, pack
 from .glossy import LEAST_KEPT, glossy_of, lobe_options
 from .job import BakeJob
 from .kernel import evaluate, record_function
 from .mirrors import Mirror, mirror_of
 from .rays import Hits, Rays
+from .reflected_samples import LIFT, LIFT_ROUNDING
 from .second_order import MIRROR_INPUTS, PAPERS_ORDER, mirror_terms
 from .snapshot import Instance, Material
 
@@ -43,6 +44,17 @@ def mirror_rows(job: BakeJob, stand_ins: list, captured: list):
     }
     rows = [(m.material, where) for m, where in zip(mirrors, placed, strict=True)]
     return rows, {"normal_tx": atlas.astype(np.float16)}, options
+
+
+def stand_off(job: BakeJob, rows: np.ndarray, stand_ins: list, captured: list) -> None:
+    """Moves the planes of flat stand-ins that rays start on, the reflector's own and mirrors, off their surface, in place. rows: billboard_atlas's.
+
+    A sheet has two, one for each side, and a ray that leaves the one must not meet the other where its start was rounded through both."""
+    low, high = job.scene.bounds()
+    lift = max(LIFT * job.scene.diagonal(), LIFT_ROUNDING * float(np.abs([low, high]).max()))
+    for row, stand_in, texels in zip(rows, stand_ins, captured, strict=False):
+        if stand_in.shared and (stand_in.instance == job.reflector.name or texels.normals is not None):
+            row[ROW["plane"], 3] += lift
 
 
 def _shiny(job: BakeJob, instance: Instance) -> Mirror:

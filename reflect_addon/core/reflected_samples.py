@@ -13,8 +13,10 @@ from .snapshot import Instance, SceneSnapshot
 
 # Rays of one reflector: a part that one in a hundred meets is then met by some forty.
 COUNT = 4096
-# Rays start this share of the scene's diagonal above the surface, as the truth's do.
+# Rays start this share of the scene's diagonal above the surface, below any visible gap, as the truth's do ...
 LIFT = 2e-5
+# ... or this share of their largest coordinate, above float32's rounding: a small scene may lie far from the origin.
+LIFT_ROUNDING = 8 * 2.0**-23
 # Aimed rays of one object, each chosen among this many starting points by what passes between them and where it ends.
 AIMED = 512
 CHOICES = 8

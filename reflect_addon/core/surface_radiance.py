@@ -16,12 +16,13 @@ from collections.abc import Callable
 import numpy as np
 
 from .asset import Asset
-from .billboard_capture import LAMP_LIFT, LIFT, LIFT_ROUNDING
+from .billboard_capture import LAMP_LIFT
 from .billboard_mirrors import mirrored, own_light
 from .flat_parts import contains, visible_sides
 from .lamp_hits import shining
 from .mirrors import mirror_of
 from .rays import Hits, Rays
+from .reflected_samples import LIFT, LIFT_ROUNDING
 from .snapshot import Instance, SceneSnapshot
 from .surface_asset import SurfaceMesh, asset_of, on_faces
 from .surface_calm import calm

@@ -354,3 +354,21 @@ def test_what_faces_only_a_mirror_is_seen_in_it(rng, method):
     matte = job(snapshot(sheet(4, 4, material=MATTE), **{**others, "Other": ball((0, 0, 2.5), 1.0, MATTE)}), settings)
     assert {q.instance for q in billboards.with_backdrop(matte, "billboards")[0]} == {"Other", "Block"}, "nothing goes on, nothing more is baked"
     assert sum(q.instance == "Block" for q in billboards.quads_for(work)[0]) > sum(q.instance == "Block" for q in billboards.quads_for(matte)[0])
+
+
+@pytest.mark.parametrize("method", [billboards, depth_maps])
+def test_a_ray_meets_neither_side_of_the_sheet_that_it_starts_on(rng, method):
+    """A sheet shows a mirror ball, so that it has quads of its own, one for each side; a shader's rays start on it but for roundings, above and below."""
+    turn = trimesh.transformations.rotation_matrix(0.4, [1, 0.3, 0])
+    scene = snapshot(sheet(4, 4, material=MIRROR).apply_transform(turn), Other=ball((0, 0, 2.5), 0.6))
+    asset = method.bake(job(scene, {**method.DEFAULTS, **SETTINGS, "texels": 32, "resolution": 32, "order": 2}, paint=floor_and_sky(scene, "Other")))
+    assert sum(part.instance == "Mirror" for part in asset.parts) == 3, "the reflector, and both sides"
+    at = np.c_[rng.uniform(-1.5, 1.5, (4000, 2)), np.zeros(4000)] @ turn[:3, :3].T
+    normal = turn[:3, 2]
+    direction = unit(normal + 0.9 * directions(rng, 4000)).astype("f")
+    clear = answer(asset, Rays((at + 1e-3 * normal).astype("f"), direction), method.trace)
+    for side in (-1.0, 1.0):
+        rounded = answer(asset, Rays((at + side * 1e-6 * normal).astype("f"), direction), method.trace)
+        way = rounded.position - at
+        assert np.linalg.norm(way, axis=1).min() > 0.1 and (way @ normal > 0).all()
+        assert np.median(np.abs(rounded.radiance - clear.radiance).max(1)) < 0.01

@@ -29,7 +29,7 @@ from ..asset import Asset, half_with_scale
 from ..billboard_atlas import pack, table_rows, write_mirror
 from ..billboard_capture import Texels, capture
 from ..billboard_fit import Quad, flat_quads, volume_quad
-from ..billboard_mirrors import mirror_rows
+from ..billboard_mirrors import mirror_rows, stand_off
 from ..clear_center import clear_center
 from ..flat_parts import contains
 from ..glossy import glossy_of, is_on
@@ -75,6 +75,7 @@ def bake(job: BakeJob) -> Asset:
     first = len(quads) - len(mirrors)
     for row, quad, (material, where) in zip(rows[first:], quads[first:], mirrors, strict=False):
         write_mirror(row, material, where, quad, center)
+    stand_off(job, rows, quads, captured)
     shading_images, shading_uniforms, shading_options = images_of(job, glossy, quads, captured, scale, center)
     return Asset(
         kind=NAME,

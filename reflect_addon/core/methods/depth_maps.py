@@ -21,7 +21,7 @@ from .. import billboard_kernel, depth_kernel, depth_start, second_order, srdm, 
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, pack, table_row, write_mirror
 from ..billboard_capture import Texels, capture
-from ..billboard_mirrors import mirror_rows
+from ..billboard_mirrors import mirror_rows, stand_off
 from ..depth_atlas import TALLEST, fill_rows, sphere_around, stacked
 from ..depth_choice import views_for
 from ..depth_fit import DepthView
@@ -119,6 +119,7 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
     mirrors, normal_images, options = mirror_rows(job, stand_ins, captured)
     for row, (material, where) in zip(rows[len(stand_ins) - len(mirrors) :], mirrors, strict=False):
         write_mirror(row, material, where, None, center)
+    stand_off(job, rows, stand_ins, captured)
     shading_images, shading_uniforms, shading_options = images_of(job, glossy, stand_ins, captured, scale, center)
     images = {
         "billboard_tx": atlas.astype(np.float16), "billboard_buf": rows, **normal_images, **depth_images, **shading_images
