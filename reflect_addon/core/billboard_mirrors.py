@@ -22,6 +22,8 @@ from .snapshot import Instance, Material
 
 # A metal emits when the median of its own light is this share of all it shows.
 EMITS = 0.5
+# Of a cosine: planes that look in opposite directions, fitted to the same faces.
+OPPOSITE = 1e-6
 # A point belongs to the nearest of two surfaces that lie closer than this share of the distance to their ray's start.
 SAME_SURFACE = 1e-5
 
@@ -47,14 +49,17 @@ def mirror_rows(job: BakeJob, stand_ins: list, captured: list):
 
 
 def stand_off(job: BakeJob, rows: np.ndarray, stand_ins: list, captured: list) -> None:
-    """Moves the planes of flat stand-ins that rays start on, the reflector's own and mirrors, off their surface, in place. rows: billboard_atlas's.
+    """Moves the two planes of a sheet that rays start on, the reflector's own or a mirror, off their surface, in place. rows: billboard_atlas's.
 
-    A sheet has two, one for each side, and a ray that leaves the one must not meet the other where its start was rounded through both."""
+    A ray that leaves the one side must not meet the other where its start was rounded through both."""
     low, high = job.scene.bounds()
     lift = max(LIFT * job.scene.diagonal(), LIFT_ROUNDING * float(np.abs([low, high]).max()))
-    for row, stand_in, texels in zip(rows, stand_ins, captured, strict=False):
+    planes = rows[: len(stand_ins), ROW["plane"]].copy()
+    for i, (stand_in, texels) in enumerate(zip(stand_ins, captured, strict=True)):
         if stand_in.shared and (stand_in.instance == job.reflector.name or texels.normals is not None):
-            row[ROW["plane"], 3] += lift
+            other = np.array([s.shared and s.instance == stand_in.instance for s in stand_ins])
+            turned = (planes[:, :3] @ planes[i, :3] < -1 + OPPOSITE) & (np.abs(planes[:, 3] + planes[i, 3]) < lift)
+            rows[i, ROW["plane"], 3] += lift * (other & turned).any()
 
 
 def _shiny(job: BakeJob, instance: Instance) -> Mirror:
