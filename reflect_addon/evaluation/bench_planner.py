@@ -8,7 +8,7 @@ Limits. Methods that draw are not among the candidates. The error is that of cor
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,8 +19,8 @@ import numpy as np
 from ..core import methods
 from ..core.asset import Asset
 from ..core.errors import ReflectError
-from ..core.planning.candidates import errors_of, work_of
-from ..core.planning.errors import measured
+from ..core.planning.candidates import work_of
+from ..core.planning.errors import errors_of, measured
 from ..core.planning.samples import Seen
 from ..core.processes import temporary_folder
 from ..scene.auto import bake_auto
@@ -96,7 +96,7 @@ def measure(progress, only: tuple[str, ...] = NAMES) -> list:
             error, cost = one.against_best()
             say(1.0, f"{error:.2f} of the best method's error at {cost:.2f} of its cost; planned in {one.planning:.1f} s")
         ratios = {name: planning_share(_sample(name), folder / name, say) for name in LIT if name in only}
-    return [*told(found), *([planning_row(ratios)] if ratios else []), exhibit_of(found)]
+    return [*told(found, [name for name in interiors()[1] if Path(name).stem in only]), *([planning_row(ratios)] if ratios else []), exhibit_of(found)]
 
 
 def planning_share(scene: bpy.types.Scene, folder: Path, say) -> float:
@@ -175,8 +175,8 @@ def _answered(name: str, assets: dict[str, Asset], seen: list[Seen], seconds: fl
     )  # fmt: skip
 
 
-def told(found: list[Judged]) -> list[dict]:
-    """The targets' rows."""
+def told(found: list[Judged], missing: Sequence[str] = ()) -> list[dict]:
+    """The targets' rows. missing: models that are asked for and not there."""
     ratios = [one.against_best() for one in found]
     cheaper = [one.against_cheapest() for one in found]
     good = [e <= MOST_ERROR and c <= 1 + 1e-6 or k is not None and k <= HALF_COST for (e, c), k in zip(ratios, cheaper, strict=True)]
@@ -185,7 +185,7 @@ def told(found: list[Judged]) -> list[dict]:
     each = "; ".join(
         f"{one.name} {e:.2f} at {c:.2f}{'' if k is None else f', {k:.2f}'}" for one, (e, c), k in zip(found, ratios, cheaper, strict=True)
     )
-    without = f" Without {', '.join(missing)}, not there: name its folder in REFLECT_SHARED." if (missing := interiors()[1]) else ""
+    without = f" Without {', '.join(missing)}, not there: name its folder in REFLECT_SHARED." if missing else ""
     return [
         row("I8-auto", [e for e, _ in ratios], [MOST_ERROR] * len(found), all(good),
             f"Error of auto without a tolerance over that of the best single method, held-out rays; then its cost over that method's, and, where auto and some single method "

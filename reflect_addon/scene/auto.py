@@ -16,9 +16,8 @@ from ..core import methods
 from ..core.asset_places import asset_name
 from ..core.camera import Camera
 from ..core.errors import ReflectError
-from ..core.planning.candidates import errors_of
 from ..core.planning.choose import Choice
-from ..core.planning.errors import measured
+from ..core.planning.errors import errors_of, measured
 from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan, inputs_of, read_plan, row_of, words, write_plan
 from ..core.progress import Progress, teller

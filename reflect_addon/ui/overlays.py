@@ -5,17 +5,12 @@ import bpy
 from ..core import methods
 from ..scene import live
 from ..scene.load import draws_surfaces
-from .panel import Tab, sentence
+from .panel import MethodTab, sentence
 
 
-class REFLECT_PT_overlays(Tab, bpy.types.Panel):
+class REFLECT_PT_overlays(MethodTab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_overlays"
-    bl_parent_id = "REFLECT_PT_main"
     bl_label = "Overlays"
-
-    @classmethod
-    def poll(cls, context):
-        return live.is_on(context.scene)
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.reflect

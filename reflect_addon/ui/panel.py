@@ -23,6 +23,16 @@ class Tab:
     bl_category = "Reflect"
 
 
+class MethodTab(Tab):
+    """For a panel that says something only of a method's reflections."""
+
+    bl_parent_id = "REFLECT_PT_main"
+
+    @classmethod
+    def poll(cls, context):
+        return live.is_on(context.scene)
+
+
 class REFLECT_PT_main(Tab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_main"
     bl_label = "Reflect"
@@ -71,14 +81,9 @@ class REFLECT_PT_found(Tab, bpy.types.Panel):
         row.operator("reflect.mark", text="By Material").mark = "AUTO"
 
 
-class REFLECT_PT_settings(Tab, bpy.types.Panel):
+class REFLECT_PT_settings(MethodTab, bpy.types.Panel):
     bl_idname = "REFLECT_PT_settings"
-    bl_parent_id = "REFLECT_PT_main"
     bl_label = "Settings"
-
-    @classmethod
-    def poll(cls, context):
-        return live.is_on(context.scene)
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.reflect

@@ -20,6 +20,15 @@ def add_mesh(name, positions, faces, matrix=None, material=None):
     return obj
 
 
+def saved_ball(path):
+    """A small ball in the open file, marked by hand and selected, and the file saved. The add-on must be on."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=6)
+    bpy.context.object.name = "Ball"
+    bpy.context.object.reflect_mark = "YES"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return bpy.context.object
+
+
 def add_soup(name, rng, triangles, centre, size, matrix=None):
     """Random triangles around a centre: nothing for a ray tracer to be clever about."""
     corners = centre + rng.normal(0, size, (triangles, 1, 3)) + rng.normal(0, size / 3, (triangles, 3, 3))

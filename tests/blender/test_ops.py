@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from blender_scenes import saved_ball
 from panel_text import drawn
 
 import reflect_addon
@@ -26,10 +27,7 @@ def registered(fresh_file):
 @pytest.fixture
 def ball(registered, tmp_path):
     """A saved file with a ball that is marked by hand, selected; the method is environment."""
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=6)
-    bpy.context.object.name = "Ball"
-    bpy.context.object.reflect_mark = "YES"
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "ball.blend"))
+    saved_ball(tmp_path / "ball.blend")
     bpy.context.scene.reflect.method = "environment"
     return bpy.context.object
 

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from blender_scenes import saved_ball
 from panel_text import drawn
 
 import reflect_addon
@@ -46,10 +47,7 @@ def test_it_says_what_is_measured_and_why_nothing_is(registered):
 @pytest.fixture
 def ball(registered, tmp_path):
     """A saved file with a ball, baked by two methods; the scene's own is the first."""
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=6)
-    bpy.context.object.name = "Ball"
-    bpy.context.object.reflect_mark = "YES"
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "ball.blend"))
+    saved_ball(tmp_path / "ball.blend")
     for name in ("box_proxy", "environment"):
         registered.reflect.method = name
         registered.reflect.environment.resolution, registered.reflect.environment.samples = "64", 1

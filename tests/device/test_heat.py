@@ -11,8 +11,7 @@ import pytest
 from reflect_addon.core import methods
 from reflect_addon.core.lamp_hits import with_lamps
 from reflect_addon.core.planning import heat as heating
-from reflect_addon.core.planning.candidates import errors_of
-from reflect_addon.core.planning.errors import measured
+from reflect_addon.core.planning.errors import errors_of, measured
 from reflect_addon.core.planning.heat import FEWEST, STRIDES, heat_of
 from reflect_addon.core.planning.heat_colors import LEAST, MOST, STEPS, TICKS, color_at, place_of
 from reflect_addon.core.planning.samples import Sample

@@ -19,9 +19,9 @@ from .. import methods
 from ..asset import Asset
 from ..asset_images import kind_of
 from ..job import BakeJob
-from ..kernel import Counts, Program, record, run_numpy
+from ..kernel import Counts
 from ..methods import environment
-from .errors import ELSEWHERE, EXACT, Measured, in_unit, measured, ray_errors
+from .errors import ELSEWHERE, EXACT, Measured, errors_of, measured
 from .goal import PROMISED, Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
@@ -215,19 +215,6 @@ class Trial:
             self._assets[key] = methods.get(kind).bake(replace(self._job, trace=traced, settings=coarse(asked, coarser), required=required))
             self._paths[key] = rays * coarser**2 * int(asked.get("samples", 1))
         return self._assets[key]
-
-
-def errors_of(asset: Asset, sample: Sample, unit: str = "degrees", program: Program | None = None) -> tuple[np.ndarray, Counts]:
-    """(degrees or pixels that the asset's answers to the sample's rays are off, (N,), the work that they were). program: program_of(asset), for those who
-    ask in many parts."""
-    counts = Counts()
-    answer = run_numpy(program or program_of(asset), asset, sample.rays, counts=counts)
-    return in_unit(ray_errors(answer, sample.truth, sample.rays), sample.pixel, unit), counts
-
-
-def program_of(asset: Asset) -> Program:
-    """Its method's kernel, recorded: as much time as a few hundred rays."""
-    return record(methods.get(asset.kind).trace, asset)
 
 
 def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object]:

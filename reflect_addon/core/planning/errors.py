@@ -9,10 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import methods
+from ..asset import Asset
+from ..kernel import Counts, Program, record, run_numpy
 from ..metrics import is_surface
 from ..rays import Answer, Hits, Rays
 from ..spaces import STATUS_NONE
 from .goal import PROMISED
+from .samples import Sample
 
 WRONG = {"degrees": 90.0, "pixels": 1e4}  # what a false or a missed hit counts as; nothing is more
 # Degrees at which one wrong place is as wrong as another: what is compared when no tolerance is asked for is a mean up to here.
@@ -30,6 +34,19 @@ class Measured:
     promised: float  # the same, for other rays of the kind: not exceeded by DEVIATIONS of what so many rays can tell
     mean: float  # each at most ELSEWHERE
     wrong: float  # share of rays that show a surface for the sky, or the sky for a surface
+
+
+def errors_of(asset: Asset, sample: Sample, unit: str = "degrees", program: Program | None = None) -> tuple[np.ndarray, Counts]:
+    """(degrees or pixels that the asset's answers to the sample's rays are off, (N,), the work that they were). program: program_of(asset), for those who
+    ask in many parts."""
+    counts = Counts()
+    answer = run_numpy(program or program_of(asset), asset, sample.rays, counts=counts)
+    return in_unit(ray_errors(answer, sample.truth, sample.rays), sample.pixel, unit), counts
+
+
+def program_of(asset: Asset) -> Program:
+    """Its method's kernel, recorded: as much time as a few hundred rays."""
+    return record(methods.get(asset.kind).trace, asset)
 
 
 def in_unit(error: np.ndarray, pixel: np.ndarray, unit: str) -> np.ndarray:

@@ -20,8 +20,7 @@ from ..lamp_hits import with_lamps
 from ..rays import RayMap, Rays
 from ..reflected_samples import lifted
 from ..snapshot import Instance
-from .candidates import errors_of, program_of
-from .errors import Measured, measured
+from .errors import Measured, errors_of, measured, program_of
 from .samples import Sample
 
 STEP = 4  # px of the picture, along each side, that share a ray
