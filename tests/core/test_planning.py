@@ -10,9 +10,10 @@ from analytic import directions
 from reflect_addon.core import spaces
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.planning import choose as choosing
-from reflect_addon.core.planning.candidates import Candidate, coarse
+from reflect_addon.core.planning.candidates import Candidate
 from reflect_addon.core.planning.choose import choose, error, total
-from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, measured, ray_errors
+from reflect_addon.core.planning.coarse_bake import coarse, finer
+from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, foretold, measured, ray_errors
 from reflect_addon.core.planning.goal import Goal
 from reflect_addon.core.planning.plan import FILE_NAME, Plan, read_plan, row_of, words, write_plan
 from reflect_addon.core.planning.samples import Sample, Seen
@@ -69,6 +70,26 @@ def test_a_promise_is_kept_by_rays_that_nobody_saw(rng):
         failed += measured(held_out).p95 > 1.5 * measured(planned).promised
     assert failed <= 4
     assert measured(np.zeros(0)).promised == 0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_two_tries_foretell_what_finer_texels_bring(seed):
+    """Errors along edges as wide as texels, of any size, over those that no texel mends; and nothing is foretold that one try alone does not show."""
+    rng = np.random.default_rng(seed)
+    left_out, width, size = rng.uniform(0, 0.1), rng.uniform(0, 0.04), rng.exponential(10.0, 20000)
+    place = rng.random(20000)
+
+    def errors(texel):
+        return np.where(rng.random(20000) < left_out, 90.0, np.where(place < width * texel, np.minimum(size, 90.0), rng.uniform(0, 0.05, 20000)))
+
+    coarse_ones, coarser, full = errors(4), errors(8), measured(errors(1))
+    told = foretold(coarse_ones, coarser, 4.0)
+    assert told.wrong == pytest.approx(full.wrong, abs=0.01)
+    assert told.mean == pytest.approx(full.mean, abs=0.1)
+    assert told.p95 <= measured(coarse_ones).p95 and told.p95 <= told.promised
+    same = foretold(coarse_ones, coarse_ones, 4.0)
+    assert same.mean == pytest.approx(measured(coarse_ones).mean) and same.p95 == pytest.approx(measured(coarse_ones).p95, rel=0.01)
+    assert foretold(np.zeros(0), np.zeros(0), 4.0) == measured(np.zeros(0))
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -129,6 +150,7 @@ def test_a_try_is_coarse_but_no_finer_than_what_is_asked_for():
     assert coarse({"resolution": 256, "texels": 32, "view_texels": 8, "samples": 16, "order": 3}) == {
         "resolution": 64, "texels": 16, "view_texels": 8, "samples": 1, "order": 3,
     }  # fmt: skip
+    assert finer({"resolution": 256, "texels": 32}) == 2.0 and finer({"resolution": 256}) == 4.0 and finer({"order": 3}) == 1.0
 
 
 def test_a_plan_survives_its_file_and_damage_is_told(tmp_path, rng):

@@ -5,7 +5,8 @@ Idea. Where an answer lies is told by geometry alone: a bake whose rays meet mes
 the texels a side, takes a fiftieth of the time and shows the same points. Stand-ins are tried from cheap to dear, until one keeps the tolerance;
 geometry says beforehand what cannot help, and objects that no ray meets are left out of all of them. What is round and shown as well by a quad gets no
 depth map: that is tried once more, as one.
-Limits. Errors of coarse texels are in what is measured, so that it is too much rather than too little. What a stand-in leaves out of the light
+Limits. Errors of coarse texels are in what is measured, so that it is too much rather than too little; what is left of them with full ones is
+told from two tries (errors.foretold) where nothing is good enough without. What a stand-in leaves out of the light
 (noise, highlights, second reflections' places) is not seen.
 """
 
@@ -17,21 +18,15 @@ import numpy as np
 
 from .. import methods
 from ..asset import Asset
-from ..asset_images import kind_of
 from ..job import BakeJob
 from ..kernel import Counts
 from ..methods import environment
-from .errors import ELSEWHERE, EXACT, Measured, errors_of, measured
+from .coarse_bake import COARSER, COARSEST, coarse, finer, grown
+from .errors import ELSEWHERE, EXACT, Measured, errors_of, foretold, measured
 from .goal import PROMISED, Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
 
-COARSER, FINER, LEAST = 4, 2, 16  # times fewer texels a side, and where nothing is good enough; texels a side
-SIDES = ("resolution", "texels", "view_texels")
-# What a try leaves out: what needs light, and what finds more of it.
-PLAIN = {"samples": 1, "sky_error": 0.0, "live": False, "view_dependent": False}
-# Images that grow with the side of what was baked, or not at all, and not with its square.
-GROWTH = {"billboard_buf": 0, "srdm_buf": 1, "srdm_tx": 1}
 SMALL = 2e-4  # of the cameras' pixels: a reflector of fewer, 400 of 1920 x 1080, is shown by what is cheap
 CHEAP = 5.0  # effort of a try that is made whether or not it can be good enough: something must be taken where nothing is
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
@@ -105,15 +100,21 @@ class Trial:
         return max(work_of(self._measured((environment.NAME, (), COARSER))[1]), 1.0)
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
-        """In the order of ladder(). Where none keeps the tolerance the one that comes nearest is tried again with FINER texels."""
+        """In the order of ladder(). Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring."""
         if self._kept is not None:
             return self._as_it_is(say)
         found = list(self._climbed(say))
         best = min((c for c in found if c.errors), key=Candidate.far_off)
         if best.promised > self._goal.tolerance and best.method != environment.NAME and not self._is_small():
             say(best.method)
-            found[found.index(best)] = self.tried(best.method, best.changes, FINER)
+            found[found.index(best)] = replace(best, errors=self._foretold(best))
         return tuple(found)
+
+    def _foretold(self, one: Candidate) -> Measured:
+        coarser, coarse = ((one.method, one.changes, times) for times in (COARSEST, COARSER))
+        self._measured(coarser)
+        asked = self._asked(one.method) | dict(one.changes)
+        return foretold(self._errors[coarse], self._errors[coarser], finer(asked), self._goal.unit)
 
     def _as_it_is(self, say: Callable[[str], object]) -> tuple[Candidate, ...]:
         method, changes = self._kept
@@ -190,7 +191,7 @@ class Trial:
         if key not in self._tried:
             errors, counts = self._measured(key)
             needed = [(kind, changes if kind == method else (), coarser) for kind in methods.with_required((method,))]
-            size = sum(_grown(self._assets[k], coarser) for k in needed)
+            size = sum(grown(self._assets[k], coarser) for k in needed)
             seconds = sum(self._paths[k] for k in needed) / PATHS
             self._tried[key] = Candidate(method, changes, errors, work_of(counts) / self._base, size, seconds)
         return self._tried[key]
@@ -217,12 +218,6 @@ class Trial:
         return self._assets[key]
 
 
-def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object]:
-    """The settings of a try."""
-    sides = {name: max(int(asked[name]) // coarser, min(LEAST, int(asked[name]))) for name in SIDES if name in asked}
-    return {**asked, **sides, **{name: value for name, value in PLAIN.items() if name in asked}}
-
-
 def _shows_itself(method: str, settings: dict[str, object]) -> bool:
     return bool(settings.get(getattr(methods.get(method), "SHOWS_ITSELF", ""), False))
 
@@ -236,10 +231,3 @@ def _share(sample: Sample, name: str) -> float:
 def work_of(counts: Counts) -> float:
     """Operations a ray."""
     return counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray
-
-
-def _grown(asset: Asset, coarser: int) -> int:
-    """Bytes of what a coarse asset is at its full size."""
-    return sum(
-        image.shape[0] * image.shape[1] * kind_of(name).bytes * coarser ** GROWTH.get(name, 2) for name, image in asset.images.items()
-    )
