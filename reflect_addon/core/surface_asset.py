@@ -16,6 +16,7 @@ from .remake import part_of, same_triangles
 from .snapshot import Instance, Mesh, SceneSnapshot
 
 KIND = "surface_radiance"
+TRIANGLE_BYTES = 120  # on the GPU: three corners, ten floats each
 COLUMNS = 1024  # vertices in a row of the vertex table, triangles in one of the triangle table
 # Texels of a vertex: xyz position, m, w its side times (1 + its face); xyz normal, w and w of the next the first two of
 # its weights; xyz radiance.
@@ -48,8 +49,8 @@ class SurfaceMesh:
         return replace(self, positions=positions, normals=normals, mesh=mesh.key)
 
     def bytes(self) -> int:
-        """On the GPU: three corners a triangle, ten floats each."""
-        return 120 * len(self.triangles)
+        """On the GPU."""
+        return TRIANGLE_BYTES * len(self.triangles)
 
     def share(self, scene: SceneSnapshot, instance: Instance) -> np.ndarray | None:
         """(V,) float32: 1 where the vertex belongs to a part of the instance that mirrors, else 0; None when the mesh has other

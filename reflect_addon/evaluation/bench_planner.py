@@ -4,7 +4,7 @@ Problem. A planner that is worse than the method one would have taken anyway, or
 Idea. Each scene is baked by every method, as asked for, and by `auto`; all are asked the same held-out rays. Bakes are without light
 (scene/geometric_trace.py): errors are of places, and the same to a hundredth with light, so that scenes by the dozen take minutes. Costs are counted, as plans
 count them: operations and fetches of the kernels, in look-ups of an environment map.
-Limits. Methods that draw are not among the candidates. The error is that of core/planning/errors.py; what light adds to it is `evaluate`'s to say.
+Limits. Of mirrored views, which are drawn, the cost is an estimate (planning/shown.py). The error is that of core/planning/errors.py; what light adds to it is `evaluate`'s to say.
 """
 
 import time
@@ -17,15 +17,16 @@ import bpy
 import numpy as np
 
 from ..core import methods
-from ..core.asset import Asset
 from ..core.errors import ReflectError
-from ..core.planning.candidates import work_of
-from ..core.planning.errors import errors_of, measured
+from ..core.planning.errors import measured
 from ..core.planning.samples import Seen
+from ..core.planning.shown import shown
+from ..core.planning.shown import views_of as mirrored_views
 from ..core.processes import temporary_folder
+from ..core.snapshot import SceneSnapshot
 from ..scene.auto import bake_auto
 from ..scene.bake import bake_assets
-from ..scene.load import load_assets, plan_in
+from ..scene.load import load_assets, load_surfaces, plan_in
 from ..scene.views import jobs_without_light, views_of
 from .bench_planner_scene import MODELS, crowd, interior, interiors, random_room
 from .bench_row import row
@@ -95,7 +96,8 @@ def measure(progress, only: tuple[str, ...] = NAMES) -> list:
             found.append(one := judged(name, make(), folder / f"scene{number}", say, bake))
             error, cost = one.against_best()
             say(1.0, f"{error:.2f} of the best method's error at {cost:.2f} of its cost; planned in {one.planning:.1f} s")
-        ratios = {name: planning_share(_sample(name), folder / name, say) for name in LIT if name in only}
+        lit = [name for name in LIT if name in only]
+        ratios = {name: planning_share(_sample(name), folder / name, lambda _, text, name=name: progress(1.0, f"planner, {name}: {text}")) for name in lit}
     return [*told(found, [name for name in interiors()[1] if Path(name).stem in only]), *([planning_row(ratios)] if ratios else []), exhibit_of(found)]
 
 
@@ -137,12 +139,12 @@ def judged(name: str, scene: bpy.types.Scene, folder: Path, say, bake: dict) -> 
         trace = job_of(snapshot.reflectors()[0]).trace
         seen = [one for one in views_of(scene, snapshot, snapshot.reflectors(), job_of)[0] if len(one.held_out.rays) and one.share > 0]
         base, singles = {}, []
-        for number, method in enumerate(methods.gathering()):
+        for number, method in enumerate(methods.planned()):
             say(number / 10, method)
             began = time.perf_counter()
             bake_assets(snapshot, (method,), folder / method, settings=bake, tracer=trace, progress=silent)
             seconds = time.perf_counter() - began
-            singles.append(_answered(method, load_assets(snapshot, method, folder / method, alone=True), seen, seconds, base))
+            singles.append(_answered(method, folder / method, snapshot, seen, job_of, seconds, base))
         plans, autos = [], []
         for number, tolerance in enumerate((0.0, TOLERANCE)):
             say(0.8 + number / 10, f"auto, {tolerance:g} degrees")
@@ -151,24 +153,25 @@ def judged(name: str, scene: bpy.types.Scene, folder: Path, say, bake: dict) -> 
             bake_auto(scene, snapshot, where, settings={**bake, "tolerance": tolerance}, tracer=trace, progress=silent)
             seconds = time.perf_counter() - began
             plans.append(plan_in(where))
-            autos.append(_answered("auto", load_assets(snapshot, methods.AUTO, where), seen, seconds, base))
+            autos.append(_answered(methods.AUTO, where, snapshot, seen, job_of, seconds, base))
     promises = [(row.promised, row.measured) for made in plans for row in made.rows if row.share > 0]
     took = tuple(dict.fromkeys(row.method for row in plans[1].rows if row.share > 0))
     return Judged(name, tuple(singles), *autos, tuple(promises), plans[1].seconds, took)
 
 
-def _answered(name: str, assets: dict[str, Asset], seen: list[Seen], seconds: float, base: dict[str, float]) -> Answered:
-    """base: reflector -> work of an environment map's look-up, which the first that is asked fills in: it is that."""
+def _answered(name: str, folder: Path, snapshot: SceneSnapshot, seen: list[Seen], job_of, seconds: float, base: dict[str, float]) -> Answered:
+    """folder: of the method's assets; base: reflector -> work of an environment map's look-up, which the first that is asked fills in: it is that."""
+    assets, surfaces = load_assets(snapshot, name, folder, alone=True), load_surfaces(name, folder)
     errors, works = {}, {}
     for one in seen:
-        error, counts = errors_of(assets[one.reflector.name], one.held_out)
-        errors[one.reflector.name], works[one.reflector.name] = measured(error), work_of(counts)
+        error, work = shown(assets[one.reflector.name], one.held_out, "degrees", mirrored_views(job_of(one.reflector), one))
+        errors[one.reflector.name], works[one.reflector.name] = measured(error), work
     if not base:
         base.update(works)
     shares = np.array([one.share for one in seen])
     shares = shares / shares.sum() if len(shares) else shares
     names = [one.reflector.name for one in seen]
-    size = sum(a.bytes() for a in {id(a): a for a in assets.values()}.values())
+    size = sum(a.bytes() for a in {id(a): a for a in (*assets.values(), *filter(None, [surfaces]))}.values())
     return Answered(
         name, tuple(errors[n].p95 for n in names), float(shares @ [errors[n].mean for n in names]),
         float(shares @ [works[n] / base[n] for n in names]), size, seconds,

@@ -17,9 +17,10 @@ from ..core.asset_places import asset_name
 from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.planning.choose import Choice
-from ..core.planning.errors import errors_of, measured
+from ..core.planning.errors import measured
 from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan, inputs_of, read_plan, row_of, words, write_plan
+from ..core.planning.shown import draws, shown, views_of
 from ..core.progress import Progress, teller
 from ..core.snapshot import SceneSnapshot
 from .bake import bake_assets, chosen_reflectors
@@ -28,6 +29,7 @@ from .load import PLANNED, load_assets
 from .planner import plan
 from .properties import by_hand
 from .raytrace import trace
+from .views import jobs_without_light
 
 PLANNING = 0.1  # share of the work
 
@@ -95,7 +97,7 @@ class _Proved:
 def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, below: Path, bake: Callable, say: Progress) -> list[_Proved]:
     """Rounds: all that is chosen, method by method; then, where a promise was not kept, the next dearer candidate."""
     proved: dict[str, _Proved] = {}
-    todo, share, left = choices, 0.0, 1.0
+    todo, share, left, job_of = choices, 0.0, 1.0, jobs_without_light(snapshot)
     while todo:
         by_method: dict[str, list[Choice]] = {}
         for choice in todo:
@@ -111,7 +113,8 @@ def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, 
             assets = load_assets(snapshot, method, below, alone=True)
             for choice in some:
                 name = choice.seen.reflector.name
-                error = measured(errors_of(assets[name], choice.seen.held_out, goal.unit)[0], goal.unit).p95
+                views = views_of(job_of(choice.seen.reflector), choice.seen) if draws(method) else None
+                error = measured(shown(assets[name], choice.seen.held_out, goal.unit, views)[0], goal.unit).p95
                 proved[name] = _Proved(choice, error, tuple(p for p in paths if p.name in {asset_name(k, n) for k in methods.with_required((method,)) for n in (name, "")}))
                 if goal.tolerance and error > goal.tolerance and (other := _dearer(choice, goal)):
                     todo.append(other)

@@ -150,7 +150,7 @@ class Live:
         for reflector in self.snapshot.reflectors():
             kinds = self.loaded.kinds(reflector.name)
             found = [self.asset(kind, reflector.name) for kind in kinds]
-            if not found or None in found or (self.surfaces is None and draws_surfaces(scene.reflect.method)):
+            if not found or None in found or (self.surfaces is None and any(map(draws_surfaces, kinds))):
                 missing.append(reflector.name)
                 continue
             if said := " ".join(filter(None, (remark(asset, self.snapshot, reflector) for asset in found))):

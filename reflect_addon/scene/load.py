@@ -21,8 +21,13 @@ def draws_surfaces(method: str) -> bool:
 
 
 def load_surfaces(method: str, folder: Path) -> Asset | None:
-    """The scene's surface radiance where the method needs it. ReflectError when it is damaged or was never baked."""
-    return load_kind(Path(folder) / asset_name(surface_asset.KIND, ""), surface_asset.KIND) if draws_surfaces(method) else None
+    """The scene's surface radiance where the method needs it, of `auto` one that its plan has. ReflectError when it is damaged or was never baked."""
+    kinds = [method]
+    if method == methods.AUTO:
+        folder, plan = Path(folder) / PLANNED, plan_in(folder)
+        kinds = [row.method for row in plan.rows] if plan else []
+    needed = any(kind in methods.names() and draws_surfaces(kind) for kind in kinds)
+    return load_kind(Path(folder) / asset_name(surface_asset.KIND, ""), surface_asset.KIND) if needed else None
 
 
 def load_assets(scene: SceneSnapshot, method: str, folder: Path, alone: bool = False) -> dict[str, Asset]:

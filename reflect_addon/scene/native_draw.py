@@ -17,6 +17,7 @@ from ..core.mirror_planes import is_mirror
 from ..core.snapshot import Instance, SceneSnapshot
 from .eevee_job import Groups
 from .load import load_assets
+from .native_plan import instead_of_views
 from .node_report import describe_group, groups_of, image_bytes, images_of
 from .node_uniforms import too_large
 from .reflection_group import reflection_group
@@ -51,6 +52,8 @@ class Native:
                 if asset is None:
                     self.notes.append(f"No asset answers for: {instance.name}.")
                     continue
+                if said := instead_of_views(instance.name, asset):
+                    self.notes.append(said)
                 if id(asset) not in self._trees:
                     self._trees[id(asset)] = with_position(reflection_group(asset, f"Reflect {self.method} {instance.object_name}", rough=False))
                     made[id(asset)] = _material(self._trees[id(asset)], diagonal)

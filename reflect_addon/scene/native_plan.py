@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..core import lobe_rays
+from ..core import lobe_rays, methods
 from ..core.asset import Asset, asset_of
 from ..core.shading import ROUGHNESS_SPREAD
 from ..core.snapshot import Instance, SceneSnapshot
@@ -38,7 +38,7 @@ class Change:
 @dataclass(frozen=True)
 class Plan:
     changes: tuple[Change, ...]
-    sentences: tuple[str, ...]  # one for each object that stays as it is
+    sentences: tuple[str, ...]  # one for each object that stays as it is, or shows something else than the overlay
 
 
 def plan(scene: bpy.types.Scene, snapshot: SceneSnapshot, assets: dict[str, Asset], method: str, stale: Collection[str]) -> Plan:
@@ -55,7 +55,16 @@ def plan(scene: bpy.types.Scene, snapshot: SceneSnapshot, assets: dict[str, Asse
         changes += [Change(obj, index, material, found[0], roughest) for index, material, roughest in slots]
         if not slots:
             sentences.append(f"{name} has no material that mirrors: give it one.")
+        elif said := instead_of_views(name, found[0]):
+            sentences.append(said)
     return Plan(tuple(changes), tuple(sentences))
+
+
+def instead_of_views(name: str, asset: Asset) -> str:
+    """What a material shows of a reflector that a plan lets a mirrored view draw; "" of others."""
+    if asset.kind in methods.gathering():
+        return ""
+    return f"{name} has a mirrored view, which no material can draw: its distance map answers there. Bake with Mirrored Views switched off for a nearer stand-in."
 
 
 def _by_object(snapshot: SceneSnapshot) -> dict[str, list[Instance]]:

@@ -61,7 +61,7 @@ def _overruled(by_hand: str, reflector: Instance, earlier: Plan | None, settings
     if by_hand != KEPT:
         return by_hand, None
     row = earlier.row_of(reflector.name) if earlier else None
-    if row is None or row.method not in methods.gathering():
+    if row is None or row.method not in methods.planned():
         return "", None
     then, changes = unworded(earlier.settings), row.own_settings()
     for kind in methods.with_required((row.method,)):

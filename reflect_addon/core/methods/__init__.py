@@ -21,7 +21,8 @@ and may have
     SURFACES: dict                               it draws the scene's own surfaces (gpu/virtual.py): theirs are baked that its parts
                                                  name, with these settings, and `trace` answers what it does not draw
     EFFORT: float                                about what an answer costs, in look-ups of an environment map: plans try methods in
-                                                 this order (core/planning/); 1 where it is not given
+                                                 this order (core/planning/); 1 where it is not given, and a method that draws is
+                                                 tried only where it is (planning/shown.py)
     SHOWS_ITSELF: str                            the setting that says whether a reflector's rays that meet it again see it; they do not where it is not given
     VARIANTS: tuple[tuple[float, dict], ...]     settings that plans try beside those asked for, and the effort of each
     needless(tried, own) -> str                  why it shows nothing better than what a plan has tried (kind -> asset), as a sentence's end, or "";
@@ -73,6 +74,11 @@ def names() -> tuple[str, ...]:
 def gathering() -> tuple[str, ...]:
     """The methods whose kernel answers every ray; the others draw (SURFACES), and theirs is another's for the rest."""
     return tuple(name for name, method in _METHODS.items() if not getattr(method, "SURFACES", None))
+
+
+def planned() -> tuple[str, ...]:
+    """The methods that a plan chooses among."""
+    return tuple(name for name, method in _METHODS.items() if name in gathering() or hasattr(method, "EFFORT"))
 
 
 def all_methods() -> tuple[ModuleType, ...]:

@@ -45,6 +45,7 @@ _SKY = "sky_"  # before the names of the sky's images and uniforms
 NAME = "recursive"
 LABEL = "Recursive Mirrors"
 REQUIRES = (layered_distance.NAME,)
+EFFORT = 4.5  # a second picture of what a planar mirror shows
 SURFACES = reflected_surfaces.SETTINGS
 # By field of Culling: label and words.
 CULLING = {

@@ -19,17 +19,16 @@ import numpy as np
 from .. import methods
 from ..asset import Asset
 from ..job import BakeJob
-from ..kernel import Counts
 from ..methods import environment
 from .coarse_bake import COARSER, COARSEST, coarse, finer, grown
-from .errors import ELSEWHERE, EXACT, Measured, errors_of, foretold, measured
+from .errors import ELSEWHERE, EXACT, Measured, foretold, measured
 from .goal import PROMISED, Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
+from .shown import Views, draws, shown, views_of
 
 SMALL = 2e-4  # of the cameras' pixels: a reflector of fewer, 400 of 1920 x 1080, is shown by what is cheap
 CHEAP = 5.0  # effort of a try that is made whether or not it can be good enough: something must be taken where nothing is
-LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 PATHS = 4e5  # Cycles' paths a second on two cores
 
 Changes = tuple[tuple[str, object], ...]  # settings in which a stand-in differs from what is asked for, by name
@@ -75,7 +74,7 @@ WITHOUT, QUADS = "without", "quads"  # settings that name objects
 def ladder() -> list[tuple[float, str, Changes]]:
     """What a plan chooses among, from cheap to dear: (effort, method, settings that differ)."""
     steps = []
-    for name in methods.gathering():
+    for name in methods.planned():
         method = methods.get(name)
         steps.append((getattr(method, "EFFORT", 1.0), name, ()))
         steps += [(effort, name, tuple(sorted(changes.items()))) for effort, changes in getattr(method, "VARIANTS", ())]
@@ -97,10 +96,14 @@ class Trial:
     @cached_property
     def _base(self) -> float:
         """Work of a look-up of an environment map."""
-        return max(work_of(self._measured((environment.NAME, (), COARSER))[1]), 1.0)
+        return max(self._measured((environment.NAME, (), COARSER))[1], 1.0)
+
+    @cached_property
+    def _views(self) -> Views | None:
+        return views_of(self._job, self.seen)
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
-        """In the order of ladder(). Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring."""
+        """From cheap to dear. Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring."""
         if self._kept is not None:
             return self._as_it_is(say)
         found = list(self._climbed(say))
@@ -130,15 +133,19 @@ class Trial:
         own_share = _share(self.seen.planned, self.seen.reflector.object_name)
         blind = self._goal.tolerance > 0 and not self._only and own_share > 1 - PROMISED
         own, held, tried = self.seen.reflector.object_name in met, False, []
-        for effort, method, changes in ladder():
+        for effort, method, changes in self._by_effort(bool(alone)):
             why = getattr(methods.get(method), "needless", lambda *_: "")({kind: asset for (kind, *_), asset in self._assets.items()}, own)
             if alone and method != alone:
                 why = f"{self._only} was chosen by hand" if self._only else enough
+            elif draws(method) and not self._goal.views:
+                why = "mirrored views are switched off"
+            elif draws(method) and self._views is None:
+                why = "it has no planar mirror"
             elif held:
                 why = "a cheaper one keeps the tolerance"
             elif effort > CHEAP and self._is_small():
                 why = "the reflector covers too little of the picture"
-            elif effort > CHEAP and blind and not _shows_itself(method, self._asked(method) | dict(changes)):
+            elif effort > CHEAP and blind and not (draws(method) or _shows_itself(method, self._asked(method) | dict(changes))):
                 why = f"{own_share:.0%} of the rays meet the reflector itself, which it does not show"
             if why:
                 yield Candidate(method, changes, pruned=why)
@@ -151,6 +158,14 @@ class Trial:
                 tried.append(one := self.tried(*more))
                 yield one
             held = bool(self._goal.tolerance) and any(c.promised <= self._goal.tolerance for c in tried)
+
+    def _by_effort(self, is_settled: bool) -> list[tuple[float, str, Changes]]:
+        """ladder(), of views with what they cost here: of a large mirror less than billboards, of a small one in a large scene more than depth maps. is_settled:
+        nothing will be chosen among."""
+        if is_settled or not self._goal.views or self._views is None:
+            return ladder()
+        effort = self._views.work / self._base
+        return sorted(((effort if draws(method) else usual, method, changes) for usual, method, changes in ladder()), key=lambda step: step[0])
 
     def _enough(self) -> str:
         """Why an environment map is all that a reflector needs, from what its rays meet alone; "" where it is not known."""
@@ -189,18 +204,21 @@ class Trial:
     def tried(self, method: str, changes: Changes, coarser: int = COARSER) -> Candidate:
         key = method, changes, coarser
         if key not in self._tried:
-            errors, counts = self._measured(key)
+            errors, work = self._measured(key)
             needed = [(kind, changes if kind == method else (), coarser) for kind in methods.with_required((method,))]
             size = sum(grown(self._assets[k], coarser) for k in needed)
             seconds = sum(self._paths[k] for k in needed) / PATHS
-            self._tried[key] = Candidate(method, changes, errors, work_of(counts) / self._base, size, seconds)
+            if draws(method):
+                size, seconds = size + self._views.bytes, seconds + self._views.paths / PATHS
+            self._tried[key] = Candidate(method, changes, errors, work / self._base, size, seconds)
         return self._tried[key]
 
-    def _measured(self, key: _Key) -> tuple[Measured, Counts]:
+    def _measured(self, key: _Key) -> tuple[Measured, float]:
+        """(errors, operations of a ray)."""
         method, changes, coarser = key
         own, *others = [self._asset((kind, changes if kind == method else (), coarser)) for kind in reversed(methods.with_required((method,)))]
-        self._errors[key], counts = errors_of(own.joined(*others), self.seen.planned, self._goal.unit)
-        return measured(self._errors[key], self._goal.unit), counts
+        self._errors[key], work = shown(own.joined(*others), self.seen.planned, self._goal.unit, self._views)
+        return measured(self._errors[key], self._goal.unit), work
 
     def _asset(self, key: _Key) -> Asset:
         if key not in self._assets:
@@ -226,8 +244,3 @@ def _share(sample: Sample, name: str) -> float:
     """Of the rays, those that meet the object."""
     names = sample.truth.object_names
     return float(np.mean(sample.truth.hit & (sample.truth.object == names.index(name)))) if name in names and len(sample.rays) else 0.0
-
-
-def work_of(counts: Counts) -> float:
-    """Operations a ray."""
-    return counts.operations_per_ray + LOOK_UP * counts.fetches_per_ray

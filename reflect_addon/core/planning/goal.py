@@ -15,10 +15,11 @@ class Goal:
     megabytes: float = 0.0  # on the GPU, of all assets
     bake_seconds: float = 0.0  # of all bakes
     unit: str = "degrees"  # of errors: 'degrees' or 'pixels'
+    views: bool = True  # whether planar mirrors may be drawn by mirrored views, which materials have none of
 
     @staticmethod
     def of(settings: dict[str, object]) -> "Goal":
         """From settings of `auto` (core/methods/auto.py)."""
         pixels = float(settings["pixels"])
         budgets = (float(settings[name]) for name in ("cost", "megabytes", "bake_seconds"))
-        return Goal(pixels or float(settings["tolerance"]), *budgets, "pixels" if pixels else "degrees")
+        return Goal(pixels or float(settings["tolerance"]), *budgets, "pixels" if pixels else "degrees", bool(settings["mirrored_views"]))

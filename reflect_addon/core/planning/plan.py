@@ -15,7 +15,7 @@ from ..snapshot import SceneSnapshot
 from .choose import Choice, LeftOut
 from .goal import Goal
 
-FORMAT = 1
+FORMAT = 2
 FILE_NAME = "plan.json"
 MAX_BYTES = 16 << 20
 
