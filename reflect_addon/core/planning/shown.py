@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import methods
+from .. import methods, surface_radiance
 from ..asset import Asset
 from ..job import BakeJob
 from ..kernel import Counts
@@ -22,7 +22,9 @@ from .errors import errors_of
 from .samples import Sample, Seen
 
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
-PIXEL, TRIANGLE = 200.0, 100.0  # operations of a view: of a pixel, with all its targets, and of a triangle
+# Operations that a view's pixel and its triangle take as long as, where depth maps take 1,700 a ray (two mirrors and a ball, 0.2 and 1.8 megapixels, llvmpipe: 0.85 and 0.5 us).
+PIXEL, TRIANGLE = 800.0, 500.0
+REFINED = 20  # times as many triangles have surfaces as the meshes of a room
 PICTURE = 1920 * 1080  # px
 ANYWHERE = 0.05  # of the picture: a reflector of which no camera says how large it is seen
 
@@ -65,9 +67,10 @@ def views_of(job: BakeJob, seen: Seen) -> Views | None:
     met = [float(np.mean(truth.hit & (truth.object == k))) for k, name in enumerate(truth.object_names) if name in names] if len(seen.planned.rays) else []
     triangles = sum(len(job.scene.meshes[i.mesh].triangles) for i in job.scene.instances if i.visible_glossy)
     pixels = max(PICTURE * (seen.share if seen.by_cameras else ANYWHERE), 1.0)
-    work = PIXEL * (1 + sum(met)) + TRIANGLE * triangles * (1 + np.count_nonzero(met)) / pixels
-    drawn, all_of_them = max(triangles, int(recursive.SURFACES["surface_triangles"])), len({plane.reflector for plane in planes})
-    return Views(own, 4 * LIFT * job.scene.diagonal(), float(work), TRIANGLE_BYTES * drawn // all_of_them, recursive.SURFACES["surface_samples"] * drawn / all_of_them)
+    drawn = max(triangles, min(REFINED * triangles, int(recursive.SURFACES["surface_triangles"])))
+    work = PIXEL * (1 + sum(met)) + TRIANGLE * drawn * (1 + np.count_nonzero(met)) / pixels
+    mirrors, paths = len(names), 2 * surface_radiance.DEFAULTS["surface_paths"]  # for refining, and for calming
+    return Views(own, 4 * LIFT * job.scene.diagonal(), float(work), TRIANGLE_BYTES * drawn // mirrors, paths / mirrors)
 
 
 def shown(asset: Asset, sample: Sample, unit: str, views: Views | None) -> tuple[np.ndarray, float]:
