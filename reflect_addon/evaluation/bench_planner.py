@@ -20,8 +20,7 @@ from ..core import methods
 from ..core.errors import ReflectError
 from ..core.planning.errors import measured
 from ..core.planning.samples import Seen
-from ..core.planning.shown import shown
-from ..core.planning.shown import views_of as mirrored_views
+from ..core.planning.shown import mirrored_views, shown
 from ..core.processes import temporary_folder
 from ..core.snapshot import SceneSnapshot
 from ..scene.auto import bake_auto

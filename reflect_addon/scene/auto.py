@@ -20,7 +20,7 @@ from ..core.planning.choose import Choice
 from ..core.planning.errors import measured
 from ..core.planning.goal import Goal
 from ..core.planning.plan import Plan, inputs_of, read_plan, row_of, words, write_plan
-from ..core.planning.shown import draws, shown, views_of
+from ..core.planning.shown import draws, mirrored_views, shown
 from ..core.progress import Progress, teller
 from ..core.snapshot import SceneSnapshot
 from .bake import bake_assets, chosen_reflectors
@@ -113,7 +113,7 @@ def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, 
             assets = load_assets(snapshot, method, below, alone=True)
             for choice in some:
                 name = choice.seen.reflector.name
-                views = views_of(job_of(choice.seen.reflector), choice.seen) if draws(method) else None
+                views = mirrored_views(job_of(choice.seen.reflector), choice.seen) if draws(method) else None
                 error = measured(shown(assets[name], choice.seen.held_out, goal.unit, views)[0], goal.unit).p95
                 proved[name] = _Proved(choice, error, tuple(p for p in paths if p.name in {asset_name(k, n) for k in methods.with_required((method,)) for n in (name, "")}))
                 if goal.tolerance and error > goal.tolerance and (other := _dearer(choice, goal)):

@@ -1,22 +1,29 @@
 """`auto` with a planar mirror: its mirrored view is a candidate, exact, baked with the surfaces that it draws, and drawn beside what gathers."""
 
+import shutil
+
 import bpy
 import numpy as np
 import pytest
+from panel_text import drawn
 
-from reflect_addon.core import methods
+import reflect_addon
+from reflect_addon.core import methods, surface_asset
+from reflect_addon.core.asset_places import asset_name
 from reflect_addon.core.planning.goal import Goal
-from reflect_addon.core.planning.shown import views_of as mirrored_views
+from reflect_addon.core.planning.shown import mirrored_views
 from reflect_addon.core.rays import Rays
 from reflect_addon.core.reflected_samples import lifted
 from reflect_addon.core.spaces import FAR
 from reflect_addon.evaluation.assets import baked_in
 from reflect_addon.evaluation.frame import open_frame
 from reflect_addon.gpu.renderer import Renderer
+from reflect_addon.scene import live
 from reflect_addon.scene.auto import bake_auto
 from reflect_addon.scene.camera import camera_of
 from reflect_addon.scene.load import load_surfaces, plan_in
 from reflect_addon.scene.native_materials import remove_from_materials, use_in_materials
+from reflect_addon.scene.places import assets_of
 from reflect_addon.scene.planner import plan
 from reflect_addon.scene.properties import object_properties
 from reflect_addon.scene.raytrace import trace
@@ -107,3 +114,28 @@ def test_the_view_is_baked_drawn_and_shows_what_cycles_sees(dressing_room, tmp_p
         off = np.linalg.norm(shown.position[here] - truth.position, axis=-1)
         inside = truth.hit & (np.abs(shown.position[here]).max(-1) < FAR / 2)
         assert inside.mean() > 0.95 and np.median(off[inside]) < 0.02 and np.percentile(off[inside], 90) < 0.1
+
+
+def test_the_window_has_the_view_beside_what_gathers(dressing_room):
+    """Loaded with the surfaces that views draw; what moves makes what gathers old and no view; surfaces that are gone are missed."""
+    reflect_addon.register()
+    try:
+        scene = dressing_room
+        scene.reflect.method = methods.AUTO
+        state = live.of(scene)
+        with open_frame(scene, None) as snapshot:
+            bake_auto(scene, snapshot, assets_of(scene), settings={**COARSE, "tolerance": 0.2}, progress=silent)
+        scene.reflect.auto.tolerance = 0.2
+        state.reload(scene)
+        assert not state.problems and not state.missing and not state.stale and state.surfaces is not None
+        assert state.joined()["Floor mirror"].kind == "recursive" and state.joined()["Ball"].kind in methods.gathering()
+        assert "Floor mirror: " in drawn() and "Recursive Mirrors" in drawn()
+        scene.reflect.auto.mirrored_views = False
+        assert set(state.other_settings) == {"Floor mirror", "Ball"}, "asked for otherwise: another plan"
+        scene.reflect.auto.mirrored_views = True
+        assert not state.other_settings
+        shutil.rmtree(state.loaded.folder / asset_name(surface_asset.KIND, ""))
+        state.reload(scene)
+        assert state.missing == ("Floor mirror",)
+    finally:
+        reflect_addon.unregister()

@@ -25,7 +25,7 @@ from .errors import ELSEWHERE, EXACT, Measured, foretold, measured
 from .goal import PROMISED, Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
-from .shown import Views, draws, shown, views_of
+from .shown import Views, draws, mirrored_views, shown
 
 SMALL = 2e-4  # of the cameras' pixels: a reflector of fewer, 400 of 1920 x 1080, is shown by what is cheap
 CHEAP = 5.0  # effort of a try that is made whether or not it can be good enough: something must be taken where nothing is
@@ -100,7 +100,7 @@ class Trial:
 
     @cached_property
     def _views(self) -> Views | None:
-        return views_of(self._job, self.seen)
+        return mirrored_views(self._job, self.seen)
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
         """From cheap to dear. Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring."""

@@ -53,7 +53,7 @@ class Views:
         return found
 
 
-def views_of(job: BakeJob, seen: Seen) -> Views | None:
+def mirrored_views(job: BakeJob, seen: Seen) -> Views | None:
     """None for a reflector that has no planar mirror."""
     if recursive.NAME not in job.shared.setdefault("planned", {}):
         job.shared["planned"][recursive.NAME] = recursive.drawn_mirrors(job.scene)[0]
