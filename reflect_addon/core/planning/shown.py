@@ -24,6 +24,7 @@ from .samples import Sample, Seen
 LOOK_UP = 4.0  # operations on a number that a fetched texel costs as much as
 # Operations that a view's pixel and its triangle take as long as, where depth maps take 1,700 a ray (two mirrors and a ball, 0.2 and 1.8 megapixels, llvmpipe: 0.85 and 0.5 us).
 PIXEL, TRIANGLE = 800.0, 500.0
+_PLANES = "planar mirrors"  # in BakeJob.shared
 REFINED = 20  # times as many triangles have surfaces as the meshes of a room
 PICTURE = 1920 * 1080  # px
 ANYWHERE = 0.05  # of the picture: a reflector of which no camera says how large it is seen
@@ -55,16 +56,15 @@ class Views:
 
 def mirrored_views(job: BakeJob, seen: Seen) -> Views | None:
     """None for a reflector that has no planar mirror."""
-    if recursive.NAME not in job.shared.setdefault("planned", {}):
-        job.shared["planned"][recursive.NAME] = recursive.drawn_mirrors(job.scene)[0]
-    planes = [plane for plane in job.shared["planned"][recursive.NAME] if isinstance(plane, MirrorPlane)]
-    reflectors = job.scene.reflectors()
+    if _PLANES not in job.shared:
+        job.shared[_PLANES] = [plane for plane in recursive.drawn_mirrors(job.scene)[0] if isinstance(plane, MirrorPlane)]
+    planes, reflectors = job.shared[_PLANES], job.scene.reflectors()
     own = tuple(plane for plane in planes if reflectors[plane.reflector].name == job.reflector.name)
     if not own:
         return None
     names = {reflectors[plane.reflector].object_name for plane in planes}
-    truth = seen.planned.truth
-    met = [float(np.mean(truth.hit & (truth.object == k))) for k, name in enumerate(truth.object_names) if name in names] if len(seen.planned.rays) else []
+    truth, rays = seen.planned.truth, max(len(seen.planned.rays), 1)
+    met = [np.count_nonzero(truth.hit & (truth.object == k)) / rays for k, name in enumerate(truth.object_names) if name in names]
     triangles = sum(len(job.scene.meshes[i.mesh].triangles) for i in job.scene.instances if i.visible_glossy)
     pixels = max(PICTURE * (seen.share if seen.by_cameras else ANYWHERE), 1.0)
     drawn = max(triangles, min(REFINED * triangles, int(recursive.SURFACES["surface_triangles"])))
