@@ -66,10 +66,16 @@ def test_a_planar_mirror_is_shown_by_its_view_and_a_ball_is_not(dressing_room):
         assert tried.cost > 5 and tried.bytes > 1e6, "a second picture, and the surfaces that it draws"
         without, _ = plan(dressing_room, snapshot, Goal(0.2, views=False), COARSE, silent)
         assert without.row_of("Floor mirror").method in methods.gathering()
+        assert {t.pruned for t in without.row_of("Floor mirror").tried if t.method == "recursive"} == {"mirrored views are switched off"}
         dressing_room.objects["Floor mirror"].reflect_stand_in = "KEPT"
         kept, _ = plan(dressing_room, snapshot, Goal(90.0), COARSE, silent, earlier=made)
         assert kept.row_of("Floor mirror").method == "recursive" and kept.row_of("Ball").method == "environment"
-        assert {t.pruned for t in without.row_of("Floor mirror").tried if t.method == "recursive"} == {"mirrored views are switched off"}
+    for vertex in dressing_room.objects["Floor mirror"].data.vertices[:1]:
+        vertex.co.z += 1.0
+    dressing_room.objects["Floor mirror"].data.polygons.foreach_set("use_smooth", [True])
+    with object_properties(), open_frame(dressing_room, None) as snapshot:
+        bent, _ = plan(dressing_room, snapshot, Goal(90.0), COARSE, silent, earlier=made)
+        assert bent.row_of("Floor mirror").method == "recursive" and bent.row_of("Floor mirror").promised > 0, "locked, but no plane any more"
 
 
 def test_which_rays_start_on_a_planar_mirror(dressing_room, rng):

@@ -208,7 +208,7 @@ class Trial:
             needed = [(kind, changes if kind == method else (), coarser) for kind in methods.with_required((method,))]
             size = sum(grown(self._assets[k], coarser) for k in needed)
             seconds = sum(self._paths[k] for k in needed) / PATHS
-            if draws(method):
+            if draws(method) and self._views is not None:  # a row that is locked may have lost its planes
                 size, seconds = size + self._views.bytes, seconds + self._views.paths / PATHS
             self._tried[key] = Candidate(method, changes, errors, work / self._base, size, seconds)
         return self._tried[key]
