@@ -103,14 +103,16 @@ class Trial:
         return mirrored_views(self._job, self.seen)
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
-        """From cheap to dear. Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring."""
+        """From cheap to dear. Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring; where
+        none is asked for all are, since each is compared with each."""
         if self._kept is not None:
             return self._as_it_is(say)
         found = list(self._climbed(say))
-        best = min((c for c in found if c.errors), key=Candidate.far_off)
-        if best.promised > self._goal.tolerance and best.method != environment.NAME and not self._is_small():
-            say(best.method)
-            found[found.index(best)] = replace(best, errors=self._foretold(best))
+        tried = [c for c in found if c.errors]
+        for one in tried if not self._goal.tolerance else [min(tried, key=Candidate.far_off)]:
+            if one.promised > self._goal.tolerance and one.method != environment.NAME and not self._is_small():
+                say(one.method)
+                found[found.index(one)] = replace(one, errors=self._foretold(one))
         return tuple(found)
 
     def _foretold(self, one: Candidate) -> Measured:

@@ -81,7 +81,7 @@ def foretold(coarse: np.ndarray, coarser: np.ndarray, times: float, unit: str = 
 
     Of the share of rays that are off by more than x, a part s is what the stand-in leaves out, whatever its texels, and a part e lies along edges, in bands as
     wide as texels: s + e in the one try, s + 2 e in the other, s + e / times then (Richardson's extrapolation of a first order, for each x). Errors
-    that shrink where they are, and do not only become rarer, are less than that."""
+    that shrink where they are, and do not only become rarer, are less than that; the mean, for which both are one, is told by the same rule."""
     if not len(coarse):
         return measured(coarse, unit)
     levels = np.concatenate([[0.0], np.sort(coarse)])
@@ -89,9 +89,9 @@ def foretold(coarse: np.ndarray, coarser: np.ndarray, times: float, unit: str = 
     share = np.maximum.accumulate(share[::-1])[::-1]  # no more rays are beyond a larger error
     left = 1 - PROMISED
     p95, promised = (float(levels[np.argmax(share <= max(most, 0.0))]) for most in (left, left - DEVIATIONS * np.sqrt(PROMISED * left / len(coarse))))
-    capped = np.minimum(levels, ELSEWHERE)
-    wrong = _extrapolated(np.mean(coarse >= WRONG[unit]), np.mean(coarser >= WRONG[unit]), times)
-    return Measured(p95, promised, float(np.sum(share[:-1] * np.diff(capped))), float(wrong))
+    before, now = measured(coarser, unit), measured(coarse, unit)
+    mean, wrong = (float(_extrapolated(getattr(now, name), getattr(before, name), times)) for name in ("mean", "wrong"))
+    return Measured(p95, promised, mean, wrong)
 
 
 def _beyond(error: np.ndarray, levels: np.ndarray) -> np.ndarray:
