@@ -128,7 +128,15 @@ def _no_dearer_than_single(choices: list[Choice], goal: Goal) -> list[Choice]:
     good = [s for s in singles if error(s) <= max(CLOSE * least, EXACT)]
     best = min(good, key=lambda s: total(s, "cost"), default=choices)
     mixed = _within(choices, "cost", max(total(best, "cost"), 1.0), goal)
-    return mixed if error(mixed) <= max(CLOSE * error(best), EXACT) else best
+    return mixed if error(mixed) <= max(CLOSE * error(best), EXACT) else [_as_good(one, goal) for one in best]
+
+
+def _as_good(one: Choice, goal: Goal) -> Choice:
+    """The cheapest that is no worse than what is taken."""
+    taken = min((c for c in one.candidates if c.errors is not None and c.errors.mean <= one.taken.errors.mean), key=_price)
+    if _price(taken) >= _price(one.taken):
+        return one
+    return replace(one, taken=taken, reason=f"As near as {one.taken.label()}, the best single method: {_told(taken, goal)}.")
 
 
 def _within(choices: list[Choice], name: str, limit: float, goal: Goal) -> list[Choice]:
