@@ -81,7 +81,8 @@ def foretold(coarse: np.ndarray, coarser: np.ndarray, times: float, unit: str = 
 
     Of the share of rays that are off by more than x, a part s is what the stand-in leaves out, whatever its texels, and a part e lies along edges, in bands as
     wide as texels: s + e in the one try, s + 2 e in the other, s + e / times then (Richardson's extrapolation of a first order, for each x). Errors
-    that shrink where they are, and do not only become rarer, are less than that; the mean, for which both are one, is told by the same rule."""
+    that shrink where they are, and do not only become rarer, are less than that, which is right for a promise. The mean, by which stand-ins are compared, is taken
+    to fall on by the factor by which it fell."""
     if not len(coarse):
         return measured(coarse, unit)
     levels = np.concatenate([[0.0], np.sort(coarse)])
@@ -90,8 +91,8 @@ def foretold(coarse: np.ndarray, coarser: np.ndarray, times: float, unit: str = 
     left = 1 - PROMISED
     p95, promised = (float(levels[np.argmax(share <= max(most, 0.0))]) for most in (left, left - DEVIATIONS * np.sqrt(PROMISED * left / len(coarse))))
     before, now = measured(coarser, unit), measured(coarse, unit)
-    mean, wrong = (float(_extrapolated(getattr(now, name), getattr(before, name), times)) for name in ("mean", "wrong"))
-    return Measured(p95, promised, mean, wrong)
+    fell = min(now.mean / before.mean, 1.0) if before.mean > 0 else 1.0
+    return Measured(p95, promised, float(now.mean * fell ** np.log2(times)), float(_extrapolated(now.wrong, before.wrong, times)))
 
 
 def _beyond(error: np.ndarray, levels: np.ndarray) -> np.ndarray:
