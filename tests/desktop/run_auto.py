@@ -1,5 +1,5 @@
 """Runs inside a real Blender window: Auto by mouse, in the room of native_room.py: a preset, the bake, the plan's table, a lock, a row, a choice
-by hand, the materials; see artist.py."""
+by hand, the materials, a sheet that gets a mirrored view; see artist.py."""
 
 import sys
 from pathlib import Path
@@ -56,6 +56,19 @@ def story():
     yield from press("reflect.remove_from_materials")
     yield from settled("07-removed", ball, behind_in(ball, False))
     assert not state().draw_error() and not state().stale
+
+    space.shading.type, space.overlay.show_overlays = "SOLID", True
+    bpy.ops.mesh.primitive_plane_add(size=1.2, location=(-0.75, 0.9, -0.5), rotation=(1.3, 0, 0.5))
+    bpy.context.object.name = "Sheet"
+    bpy.context.object.data.materials.append(bpy.data.materials["Metal"])
+    scene().reflect.auto.tolerance = 0.01
+    yield 1.0
+    yield from bake()
+    rows = {row.reflector: row.method for row in state().loaded.plan.rows}
+    assert rows["Sheet"] == "recursive" and rows["Ball"] != "recursive" and state().surfaces is not None, rows
+    yield 2.0
+    picture("08-view")
+    assert not state().draw_error() and not state().stale and not state().missing
 
 
 run(story)

@@ -32,7 +32,7 @@ def test_reflections_follow_and_old_assets_change_nothing():
 @pytest.mark.desktop
 def test_auto_by_mouse():
     found = session("run_auto", "contact.blend")
-    assert "07-removed" in found["steps"] and found["plan"]["measured"] <= 1.0
+    assert "08-view" in found["steps"] and found["plan"]["measured"] <= 1.0
 
 
 @pytest.mark.slow
