@@ -30,7 +30,7 @@ from reflect_addon.scene.raytrace import trace
 from reflect_addon.scene.views import jobs_without_light, views_of
 from sample_blends import scene_parts as parts
 
-COARSE = {"resolution": 32, "texels": 32, "samples": 1, "turns": 12, "view_texels": 16, "views": 4}
+COARSE = {"resolution": 32, "texels": 32, "samples": 1, "turns": 12, "view_texels": 16, "views": 4, "surface_samples": 2, "surface_levels": 3}
 
 
 @pytest.fixture
