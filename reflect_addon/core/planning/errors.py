@@ -22,7 +22,7 @@ WRONG = {"degrees": 90.0, "pixels": 1e4}  # what a false or a missed hit counts 
 # Degrees at which one wrong place is as wrong as another: what is compared when no tolerance is asked for is a mean up to here.
 ELSEWHERE = 10.0
 
-EXACT = 0.05  # degrees, of a mean: nobody sees less, a pixel of a picture a metre away is more
+EXACT = 0.02  # degrees: nobody sees less, a pixel of a picture a metre away is three times as much
 DEVIATIONS = 2.0  # standard ones, of the share of rays that a sample tells: one promise in forty fails by chance
 
 
