@@ -44,7 +44,7 @@ REQUIRES = ()
 EFFORT, SHOWS_ITSELF = 60.0, "self_reflections"
 # Settings that a plan tries, too, from cheap to dear: (effort, what differs).
 VARIANTS = (
-    (10.0, {"self_reflections": False, "maps": 1, "points": 8, "order": 2, "refine": False}),
+    (6.0, {"self_reflections": False, "maps": 1, "points": 8, "order": 2, "refine": False}),
     (25.0, {"self_detail": 1, "maps": 2, "points": 8, "order": 2, "refine": False}),
 )
 SETTINGS = {
