@@ -4,7 +4,7 @@ Problem. A planner that is worse than the method one would have taken anyway, or
 Idea. Each scene is baked by every method, as asked for, and by `auto`; all are asked the same held-out rays. Bakes are without light
 (scene/geometric_trace.py): errors are of places, and the same to a hundredth with light, so that scenes by the dozen take minutes. Costs are counted, as plans
 count them: operations and fetches of the kernels, in look-ups of an environment map.
-Limits. Of mirrored views, which are drawn, the cost is an estimate (planning/shown.py). The error is that of core/planning/errors.py; what light adds to it is `evaluate`'s to say.
+Limits. Of mirrored views, which are drawn, the cost is an estimate and the error geometry's (planning/shown.py); they promise nothing that could be held against them. The error is that of core/planning/errors.py; what light adds to it is `evaluate`'s to say.
 """
 
 import time
@@ -20,7 +20,7 @@ from ..core import methods
 from ..core.errors import ReflectError
 from ..core.planning.errors import measured
 from ..core.planning.samples import Seen
-from ..core.planning.shown import mirrored_views, shown
+from ..core.planning.shown import draws, mirrored_views, shown
 from ..core.processes import temporary_folder
 from ..core.snapshot import SceneSnapshot
 from ..scene.auto import bake_auto
@@ -68,7 +68,7 @@ class Judged:
     singles: tuple[Answered, ...]
     best: Answered  # auto without a tolerance
     enough: Answered  # auto with one
-    promises: tuple[tuple[float, float], ...]  # (promised, measured) degrees of each reflector, of both plans
+    promises: tuple[tuple[float, float], ...]  # (promised, measured) degrees of each reflector that looks up, of both plans
     planning: float  # s
     methods: tuple[str, ...]  # that auto took with the tolerance
 
@@ -143,7 +143,7 @@ def judged(name: str, scene: bpy.types.Scene, folder: Path, say, bake: dict) -> 
             began = time.perf_counter()
             bake_assets(snapshot, (method,), folder / method, settings=bake, tracer=trace, progress=silent)
             seconds = time.perf_counter() - began
-            singles.append(_answered(method, folder / method, snapshot, seen, job_of, seconds, base))
+            singles.append(_answered(method, folder / method, snapshot, seen, seconds, base))
         plans, autos = [], []
         for number, tolerance in enumerate((0.0, TOLERANCE)):
             say(0.8 + number / 10, f"auto, {tolerance:g} degrees")
@@ -152,18 +152,18 @@ def judged(name: str, scene: bpy.types.Scene, folder: Path, say, bake: dict) -> 
             bake_auto(scene, snapshot, where, settings={**bake, "tolerance": tolerance}, tracer=trace, progress=silent)
             seconds = time.perf_counter() - began
             plans.append(plan_in(where))
-            autos.append(_answered(methods.AUTO, where, snapshot, seen, job_of, seconds, base))
-    promises = [(row.promised, row.measured) for made in plans for row in made.rows if row.share > 0]
+            autos.append(_answered(methods.AUTO, where, snapshot, seen, seconds, base))
+    promises = [(row.promised, row.measured) for made in plans for row in made.rows if row.share > 0 and not draws(row.method)]
     took = tuple(dict.fromkeys(row.method for row in plans[1].rows if row.share > 0))
     return Judged(name, tuple(singles), *autos, tuple(promises), plans[1].seconds, took)
 
 
-def _answered(name: str, folder: Path, snapshot: SceneSnapshot, seen: list[Seen], job_of, seconds: float, base: dict[str, float]) -> Answered:
+def _answered(name: str, folder: Path, snapshot: SceneSnapshot, seen: list[Seen], seconds: float, base: dict[str, float]) -> Answered:
     """folder: of the method's assets; base: reflector -> work of an environment map's look-up, which the first that is asked fills in: it is that."""
     assets, surfaces = load_assets(snapshot, name, folder, alone=True), load_surfaces(name, folder)
-    errors, works = {}, {}
+    errors, works, shared = {}, {}, {}
     for one in seen:
-        error, work = shown(assets[one.reflector.name], one.held_out, "degrees", mirrored_views(job_of(one.reflector), one))
+        error, work = shown(assets[one.reflector.name], one.held_out, "degrees", mirrored_views(snapshot, one, shared))
         errors[one.reflector.name], works[one.reflector.name] = measured(error), work
     if not base:
         base.update(works)

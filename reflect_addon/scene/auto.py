@@ -29,7 +29,6 @@ from .load import PLANNED, load_assets
 from .planner import plan
 from .properties import by_hand
 from .raytrace import trace
-from .views import jobs_without_light
 
 PLANNING = 0.1  # share of the work
 
@@ -97,7 +96,7 @@ class _Proved:
 def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, below: Path, bake: Callable, say: Progress) -> list[_Proved]:
     """Rounds: all that is chosen, method by method; then, where a promise was not kept, the next dearer candidate."""
     proved: dict[str, _Proved] = {}
-    todo, share, left, job_of = choices, 0.0, 1.0, jobs_without_light(snapshot)
+    todo, share, left, shared = choices, 0.0, 1.0, {}
     while todo:
         by_method: dict[str, list[Choice]] = {}
         for choice in todo:
@@ -113,7 +112,7 @@ def _bake_and_prove(snapshot: SceneSnapshot, choices: list[Choice], goal: Goal, 
             assets = load_assets(snapshot, method, below, alone=True)
             for choice in some:
                 name = choice.seen.reflector.name
-                views = mirrored_views(job_of(choice.seen.reflector), choice.seen) if draws(method) else None
+                views = mirrored_views(snapshot, choice.seen, shared) if draws(method) else None
                 error = measured(shown(assets[name], choice.seen.held_out, goal.unit, views)[0], goal.unit).p95
                 proved[name] = _Proved(choice, error, tuple(p for p in paths if p.name in {asset_name(k, n) for k in methods.with_required((method,)) for n in (name, "")}))
                 if goal.tolerance and error > goal.tolerance and (other := _dearer(choice, goal)):

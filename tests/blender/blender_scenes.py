@@ -3,6 +3,8 @@
 import bpy
 import numpy as np
 
+from sample_blends import scene_parts as parts
+
 
 def add_mesh(name, positions, faces, matrix=None, material=None):
     """An object of the given vertices and faces, linked to the scene."""
@@ -18,6 +20,15 @@ def add_mesh(name, positions, faces, matrix=None, material=None):
         obj.matrix_world = Matrix(np.asarray(matrix).tolist())
     bpy.context.scene.collection.objects.link(obj)
     return obj
+
+
+def glowing_room(name):
+    """(the open scene, its walls' material): a closed room, turned, of glowing walls, under a dim world."""
+    scene = parts.prepare(bpy.context.scene, name)
+    parts.set_world(scene, (0.2, 0.2, 0.2))
+    walls = parts.material("Walls", (0.7, 0.5, 0.3), emission=1.0)
+    parts.box("Room", (6.0, 5.0, 3.0), (0, 0, 1.5), walls).rotation_euler.z = 0.3
+    return scene, walls
 
 
 def saved_ball(path):

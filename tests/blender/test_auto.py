@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from blender_scenes import glowing_room
 from mathutils import Vector
 from panel_text import drawn
 from tolerances import HIT_POINT_OF_DIAGONAL, RAYS_ON_EDGES
@@ -45,10 +46,7 @@ SMALL = ("--set", "resolution=32", "--set", "texels=32", "--set", "samples=1", "
 @pytest.fixture
 def hall(fresh_file, tmp_path):
     """A closed room with a ball in it, another far behind a pillar, saved; a camera sees both."""
-    scene = parts.prepare(bpy.context.scene, "hall")
-    parts.set_world(scene, (0.2, 0.2, 0.2))
-    walls = parts.material("Walls", (0.7, 0.5, 0.3), emission=1.0)
-    parts.box("Room", (6.0, 5.0, 3.0), (0, 0, 1.5), walls).rotation_euler.z = 0.3
+    _, walls = glowing_room("hall")
     parts.box("Pillar", (0.5, 0.5, 1.5), (1.5, 0.6, 0.75), walls)
     parts.sphere("Near", 0.4, parts.mirror(), 32, location=(0.3, -0.2, 1.0))
     parts.sphere("Far", 0.15, bpy.data.materials["Mirror"], 32, location=(-1.2, 1.2, 0.8))

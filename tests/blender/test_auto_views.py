@@ -5,6 +5,7 @@ import shutil
 import bpy
 import numpy as np
 import pytest
+from blender_scenes import glowing_room
 from panel_text import drawn
 
 import reflect_addon
@@ -36,10 +37,7 @@ COARSE = {"resolution": 32, "texels": 32, "samples": 1, "turns": 12, "view_texel
 @pytest.fixture
 def dressing_room(fresh_file, tmp_path):
     """A room with a mirror on the floor, a mirror ball above it and a pillar: all that glows is to be seen in both."""
-    scene = parts.prepare(bpy.context.scene, "dressing room")
-    parts.set_world(scene, (0.2, 0.2, 0.2))
-    walls = parts.material("Walls", (0.7, 0.5, 0.3), emission=1.0)
-    parts.box("Room", (6.0, 5.0, 3.0), (0, 0, 1.5), walls).rotation_euler.z = 0.3
+    scene, _ = glowing_room("dressing room")
     parts.box("Pillar", (0.5, 0.5, 1.5), (0.8, 0.9, 0.85), parts.material("Pillar", (0.2, 0.4, 0.8), emission=1.0))
     bpy.ops.mesh.primitive_plane_add(size=2.0, location=(0, 0.2, 0.05), rotation=(0.1, 0, 0.4))
     bpy.context.object.name = "Floor mirror"
@@ -83,9 +81,9 @@ def test_which_rays_start_on_a_planar_mirror(dressing_room, rng):
         job_of = jobs_without_light(snapshot)
         reflectors = snapshot.reflectors()
         seen = {one.reflector.name: one for one in views_of(dressing_room, snapshot, reflectors, job_of)[0]}
-        assert mirrored_views(job_of(seen["Ball"].reflector), seen["Ball"]) is None
+        assert mirrored_views(snapshot, seen["Ball"], {}) is None
         floor = seen["Floor mirror"]
-        views = mirrored_views(job_of(floor.reflector), floor)
+        views = mirrored_views(snapshot, floor, {})
         assert len(views.planes) == 2, "a sheet mirrors on both sides"
         for sample in (floor.planned, floor.held_out):
             assert views.show(sample.rays).all()
@@ -123,7 +121,7 @@ def test_the_view_is_baked_drawn_and_shows_what_cycles_sees(dressing_room, tmp_p
 
 
 def test_the_window_has_the_view_beside_what_gathers(dressing_room):
-    """Loaded with the surfaces that views draw; what moves makes what gathers old and no view; surfaces that are gone are missed."""
+    """Loaded with the surfaces that views draw; views switched off ask for another plan; surfaces that are gone are missed."""
     reflect_addon.register()
     try:
         scene = dressing_room

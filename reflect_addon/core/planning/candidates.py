@@ -100,7 +100,7 @@ class Trial:
 
     @cached_property
     def _views(self) -> Views | None:
-        return mirrored_views(self._job, self.seen)
+        return mirrored_views(self._job.scene, self.seen, self._job.shared)
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
         """From cheap to dear. Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring; where
