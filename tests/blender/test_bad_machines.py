@@ -50,9 +50,9 @@ class Process:
         return Path(self._err.name).read_text(errors="replace")
 
     def wait_for_rays(self):
-        """Until Cycles has rays to trace. A bake says no more than its method's name meanwhile, so we look at the files."""
+        """Until Cycles has rays to trace, of the first part or a later one. A bake says no more than its method's name meanwhile, so we look at the files."""
         end = time.monotonic() + 60
-        while not list(self.scratch.glob("reflect-rays-*/directions0.exr")):
+        while not list(self.scratch.glob("reflect-rays-*/directions*.exr")):
             assert self._process.poll() is None and time.monotonic() < end, self.said()
             time.sleep(0.02)
         return self
