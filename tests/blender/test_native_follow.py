@@ -130,10 +130,12 @@ def test_what_may_move(fresh_file):
 
 
 @pytest.mark.parametrize(
-    "kind,scene",
-    [("billboards", lit_scene), *(pytest.param(k, scene_of_everything, marks=pytest.mark.slow) for k in ("billboards", "depth_maps"))],
-)
-def test_eevee_shows_them_where_numpy_does(kind, scene, fresh_file, tmp_path):
+    "kind,scene,engine",
+    [("billboards", lit_scene, "CYCLES"),
+     *(pytest.param(*case, "BLENDER_EEVEE", marks=pytest.mark.slow)
+       for case in (("billboards", lit_scene), ("billboards", scene_of_everything), ("depth_maps", scene_of_everything)))],
+)  # fmt: skip
+def test_nodes_show_them_where_numpy_does(kind, scene, engine, fresh_file, tmp_path):
     """On a frame that was not baked, driven by objects alone; with a mirror among them in the slow ones."""
     asset = baked(kind, scene())
     placed(asset, "Crate", "Torus", "Half")
@@ -144,7 +146,7 @@ def test_eevee_shows_them_where_numpy_does(kind, scene, fresh_file, tmp_path):
     bpy.context.scene.frame_set(9)
     rays = rays_of_all_kinds(np.random.default_rng(5), RAYS)
     given = {"origin": rays.origin, "direction": rays.direction, "width": np.zeros(RAYS), "spread": np.zeros(RAYS)}
-    found = run_nodes(fresh_file, tmp_path, {"n": (tree, OUTPUTS)}, given, "BLENDER_EEVEE")["n"]
+    found = run_nodes(fresh_file, tmp_path, {"n": (tree, OUTPUTS)}, given, engine)["n"]
     wanted = run_numpy(program, at_frame(asset, follower, names), rays)
     still = run_numpy(program, follower, rays)
     bounds = tolerances_nodes.EEVEE_HALF_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE

@@ -151,7 +151,7 @@ def test_a_mirror_that_is_seen_mirrors(device):
     scene = among_things(Second=ball(0.3, (0.9, 0.1, 0.3), 4))
     off, found = {}, None
     for second_order in (True, False):
-        found = baked(scene, found and found.surfaces, second_order=second_order, map_texels=128)
+        found = baked(scene, found and found.surfaces, second_order=second_order, map_texels=64)
         renderer = renderer_of(found)
         seen = Seen(renderer, scene)
         second = (seen.truth.object == 4) & seen.drawn

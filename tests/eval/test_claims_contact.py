@@ -86,7 +86,7 @@ def two_balls():
     parts.camera((0.2, -3.2, 1.6), (0, 0, 0.5), lens=45)
 
 
-@pytest.mark.parametrize("build", [ring, two_balls])
+@pytest.mark.parametrize("build", [ring, pytest.param(two_balls, marks=pytest.mark.slow)])
 def test_scenes_like_it(build, device, tmp_path, record_property):
     build()
     settings = {"resolution": 64, "samples": 4, "texels": 128}

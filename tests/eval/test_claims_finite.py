@@ -1,8 +1,8 @@
 """Issue 2: nothing that is not a finite number in any buffer: every sample, every method, at scales from a millimetre
 to ten kilometres, with the camera inside the reflector, on an edge of it, a million diagonals away, and orthographic.
 
-Bakes are tiny: what counts here is that numbers stay numbers, not that they are right. By default each sample is tried once and each
-scale, the smallest and the largest both in the open and between walls; every sample at every scale is slow.
+Bakes are tiny: what counts here is that numbers stay numbers, not that they are right. By default each scale is tried, the
+smallest and the largest both in the open and between walls; every sample at every scale, and MANY at all, is slow.
 """
 
 import itertools
@@ -32,8 +32,9 @@ from reflect_addon.scene.raytrace import trace
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
 NAMES = ("teapots", "columns", "contact", "kitchen")
 OPEN = ("teapots", "contact")
+MANY = "kitchen"  # of 34 reflectors
 SCALES = (1e-3, 1.0, 1e4)
-COVERING = {("teapots", 1e4), ("contact", 1e-3), ("kitchen", 1e4), ("columns", 1e-3), ("columns", 1.0)}
+COVERING = {("teapots", 1e4), ("contact", 1e-3), ("columns", 1e4), ("columns", 1e-3), ("columns", 1.0)}
 SETTINGS = {"resolution": 16, "samples": 1, "texels": 8, "sky_error": 0, "maps": 1, "turns": 6,
             "views": 4, "view_texels": 16, "map_texels": 16, "surface_samples": 1, "surface_tolerance": 0.5, "surface_levels": 2,
             "surface_triangles": 4000, "surface_noise": 0.0}
@@ -159,7 +160,7 @@ def test_every_buffer_is_finite(baked, method):
 
 
 def test_the_default_choice_covers_what_it_says():
-    assert {name for name, _ in COVERING} == set(NAMES) and {scale for _, scale in COVERING} == set(SCALES)
+    assert {name for name, _ in COVERING} == set(NAMES) - {MANY} and {scale for _, scale in COVERING} == set(SCALES)
     for scale in (min(SCALES), max(SCALES)):
         assert {name in OPEN for name, s in COVERING if s == scale} == {True, False}
 

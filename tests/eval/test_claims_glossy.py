@@ -51,7 +51,7 @@ def stage(roughness, lamp):
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.12, 0.15, 0.2, 1)
 
 
-@pytest.mark.parametrize("roughness, lamp", [(0.21, "AREA"), pytest.param(0.4, "POINT", marks=pytest.mark.slow), (0.3, "SUN")])
+@pytest.mark.parametrize("roughness, lamp", [(0.21, "AREA"), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.4, "POINT"), (0.3, "SUN")))])
 def test_its_highlight_moves_with_the_eye(roughness, lamp, device, fresh_file, tmp_path, record_property):
     stage(roughness, lamp)
     errors, tracer = [], Remembered()
