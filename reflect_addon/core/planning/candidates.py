@@ -20,7 +20,7 @@ from .. import methods
 from ..asset import Asset
 from ..job import BakeJob
 from ..methods import environment
-from .coarse_bake import COARSER, COARSEST, coarse, finer, grown
+from .coarse_bake import COARSER, COARSEST, FINER, coarse, finer, grown
 from .errors import ELSEWHERE, EXACT, Measured, foretold, measured
 from .goal import PROMISED, Goal
 from .met import met_by
@@ -29,6 +29,7 @@ from .shown import Views, draws, mirrored_views, shown
 
 SMALL = 2e-4  # of the cameras' pixels: a reflector of fewer, 400 of 1920 x 1080, is shown by what is cheap
 CHEAP = 5.0  # effort of a try that is made whether or not it can be good enough: something must be taken where nothing is
+CONTEST = 1.3  # times the least error: what may be the least in truth is looked at again
 PATHS = 4e5  # Cycles' paths a second on two cores
 
 Changes = tuple[tuple[str, object], ...]  # settings in which a stand-in differs from what is asked for, by name
@@ -104,7 +105,7 @@ class Trial:
 
     def candidates(self, say: Callable[[str], object] = lambda method: None) -> tuple[Candidate, ...]:
         """From cheap to dear. Where none keeps the tolerance the one that comes nearest is tried with COARSEST texels, too, to tell what the full ones bring; where
-        none is asked for all are, since each is compared with each."""
+        none is asked for all are, since each is compared with each, and those that are nearly as good with FINER ones."""
         if self._kept is not None:
             return self._as_it_is(say)
         found = list(self._climbed(say))
@@ -112,14 +113,29 @@ class Trial:
         for one in tried if not self._goal.tolerance else [min(tried, key=Candidate.far_off)]:
             if one.promised > self._goal.tolerance and one.method != environment.NAME and not self._is_small():
                 say(one.method)
-                found[found.index(one)] = replace(one, errors=self._foretold(one))
+                found[found.index(one)] = replace(one, errors=self._foretold(one, COARSER, COARSEST))
+        for one in self._contenders(found):
+            say(one.method)
+            found[found.index(one)] = replace(one, errors=self._foretold(one, FINER, COARSER))
         return tuple(found)
 
-    def _foretold(self, one: Candidate) -> Measured:
-        coarser, coarse = ((one.method, one.changes, times) for times in (COARSEST, COARSER))
-        self._measured(coarser)
+    def _contenders(self, found: list[Candidate]) -> list[Candidate]:
+        """The nearest of each method where what is foretold of several does not choose among them, and nothing but their errors does."""
+        if self._goal.tolerance or self._is_small():
+            return []
+        told = sorted((c for c in found if c.errors and c.method != environment.NAME), key=lambda c: c.errors.mean, reverse=True)
+        best = {c.method: c for c in told}
+        near = [c for c in best.values() if c.errors.mean <= CONTEST * told[-1].errors.mean]
+        return near if len(near) > 1 and told[-1].errors.mean > EXACT else []
+
+    def _foretold(self, one: Candidate, *times: int) -> Measured:
+        """times: fewer texels a side, of two tries."""
+        fine, coarse = ((one.method, one.changes, t) for t in times)
+        for key in (fine, coarse):
+            if key not in self._errors:
+                self._measured(key)
         asked = self._asked(one.method) | dict(one.changes)
-        return foretold(self._errors[coarse], self._errors[coarser], finer(asked), self._goal.unit)
+        return foretold(self._errors[fine], self._errors[coarse], finer(asked, times[0]), self._goal.unit)
 
     def _as_it_is(self, say: Callable[[str], object]) -> tuple[Candidate, ...]:
         method, changes = self._kept

@@ -3,7 +3,8 @@
 from ..asset import Asset
 from ..asset_images import kind_of
 
-COARSER, COARSEST = 4, 8  # times fewer texels a side, and of the second try that tells what the full ones will bring
+# Times fewer texels a side: of a try, of the second one that tells what the full ones will bring, and of one that decides between stand-ins that are nearly as good.
+COARSER, COARSEST, FINER = 4, 8, 2
 LEAST, LEAST_OF_ALL = 16, 8  # texels a side, of such tries
 SIDES = ("resolution", "texels", "view_texels")
 # What a try leaves out: what needs light, and what finds more of it.
@@ -19,9 +20,9 @@ def coarse(asked: dict[str, object], coarser: int = COARSER) -> dict[str, object
     return {**asked, **sides, **{name: value for name, value in PLAIN.items() if name in asked}}
 
 
-def finer(asked: dict[str, object]) -> float:
+def finer(asked: dict[str, object], coarser: int = COARSER) -> float:
     """How many times as many texels a side the real bake has as a try, in the images that gain least."""
-    used = coarse(asked)
+    used = coarse(asked, coarser)
     return min((int(asked[name]) / used[name] for name in SIDES if name in asked), default=1.0)
 
 
