@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import lobe_rays, pixel_rays
 from ..core.asset import Asset
-from ..core.kernel import GlslKernel, emit_glsl, emitted, record_function
+from ..core.kernel import emit_glsl, emitted, record_function
 from ..core.rays import Answer, Rays
 from .asset_inputs import AssetInputs
 from .counts import Counts
