@@ -56,7 +56,7 @@ def test_tables_of_floats_come_back_to_the_bit(tmp_path, rng):
     texels[~np.isfinite(texels)] = -0.0
     halves = rng.integers(0, 2**16, (6, 3, 4)).astype(np.uint16).view(np.float16)
     halves[~np.isfinite(halves)] = 0
-    made = replace(assets["environment"], images={**assets["environment"].images, "random_buf": texels, "random_tx": halves})
+    made = replace(assets["environment"], images={**assets["environment"].images, "random_buf": texels, "random_tx": halves}, alone=None)
     folder = write(tmp_path / "export", {"environment": made})
     (entry,) = Page(folder).manifest["assets"].values()
     assert Page(folder).image(entry["images"]["random_buf"]).tobytes() == texels.tobytes()
