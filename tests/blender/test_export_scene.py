@@ -72,13 +72,21 @@ def test_there_and_back(saved, tmp_path, capfd):
 
 
 def test_the_scene_stays_as_it_is(saved, tmp_path):
+    kinds = ("objects", "scenes", "collections", "materials", "images", "cameras", "lights")
+    before, meshes = dump(kinds), len(bpy.data.meshes)
+    write_export(bpy.context.scene, (), tmp_path / "out")
+    assert dump(kinds) == before and len(bpy.data.meshes) == meshes
+
+
+def test_materials_are_the_artists_own(saved, tmp_path):
+    """Not what *Use in Materials* made of them, which shows them again afterwards."""
     scene = bpy.context.scene
     with object_properties():
         apply(scene)
-        before = dump()
+        before = [slot.material.name for slot in bpy.data.objects["Ball"].material_slots]
         write_export(scene, (), tmp_path / "out")
-        assert dump() == before
-    assert {m["name"] for m in json.loads((tmp_path / "out" / "scene.gltf").read_text())["materials"]} == {"Metal"}, "the artist's own, not what the add-on made of it"
+        assert [slot.material.name for slot in bpy.data.objects["Ball"].material_slots] == before == ["Metal · Reflect"]
+    assert {m["name"] for m in json.loads((tmp_path / "out" / "scene.gltf").read_text())["materials"]} == {"Metal"}
 
 
 def test_an_export_replaces_an_export_and_nothing_else(saved, tmp_path, capfd):
