@@ -375,3 +375,8 @@ GLASS_LEFT = 0.015
 GLASS_PANE = 0.02
 # Seen through a body, where distance maps answer the rays that leave: a magnified wall is off by more than a mirrored one.
 GLASS_BODY = 0.06
+
+# An export's look table holds half floats: half a unit in the last place of numbers below 1.
+EXPORT_LOOK = 2.0**-12
+# Share of rays that meet an edge of a map of 8 texels a side, where two programs' roundings pick different texels (found: none).
+EXPORT_COARSE_BRINKS = 5e-4
