@@ -1,0 +1,102 @@
+/**
+ * The scene of an export through three's own GLTFLoader, held to the export's folder; and which of its meshes mirror.
+ */
+import { LoadingManager } from "three";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { ReflectError } from "./ReflectError.js";
+import { FILE_BYTES } from "./limits.js";
+
+const PLAIN = /^(?!\.)[^/\\:?#\u0000-\u001f]{1,255}$/;
+
+/**
+ * @param {ArrayBuffer} bytes scene.gltf, checked
+ * @param {string} file its name
+ * @param {import("./sources.js").Source} source
+ * @param {(bytes: number) => void} onBytes
+ */
+export async function loadScene(bytes, file, source, onBytes) {
+  const json = documentOf(bytes, file);
+  const urls = new Map();
+  try {
+    // Buffers and pictures are read here and handed over as blobs, so that GLTFLoader itself fetches nothing.
+    for (const [field, uri] of outside(json)) {
+      const name = nameOf(uri, file, field);
+      if (!urls.has(uri)) urls.set(uri, URL.createObjectURL(new Blob([await source.read(name, FILE_BYTES, false, onBytes)])));
+    }
+    const manager = new LoadingManager();
+    manager.setURLModifier((url) => {
+      if (/^(data|blob):/.test(url)) return url;
+      const blob = urls.get(url);
+      if (!blob) throw new ReflectError(file, "a uri", `is "${url.slice(0, 60)}", which no buffer or image of it has`);
+      return blob;
+    });
+    return await new GLTFLoader(manager).parseAsync(bytes, "");
+  } catch (error) {
+    if (error instanceof ReflectError) throw error;
+    throw new ReflectError(file, "", `cannot be read as glTF (${String(error?.message ?? error).split("\n")[0].slice(0, 160)})`);
+  } finally {
+    for (const url of urls.values()) URL.revokeObjectURL(url);
+  }
+}
+
+function documentOf(bytes, file) {
+  try {
+    const view = new DataView(bytes);
+    const binary = bytes.byteLength > 20 && view.getUint32(0, true) === 0x46546c67;
+    const text = binary ? new Uint8Array(bytes, 20, view.getUint32(12, true)) : new Uint8Array(bytes);
+    return JSON.parse(new TextDecoder().decode(text));
+  } catch {
+    throw new ReflectError(file, "", "is not glTF");
+  }
+}
+
+function* outside(json) {
+  for (const table of ["buffers", "images"]) {
+    for (const [i, { uri }] of (Array.isArray(json[table]) ? json[table] : []).entries()) {
+      if (uri !== undefined && !/^data:/i.test(String(uri))) yield [`${table}[${i}].uri`, String(uri)];
+    }
+  }
+}
+
+function nameOf(uri, file, field) {
+  let name = "";
+  try {
+    name = decodeURIComponent(uri);
+  } catch {
+    // Refused below: a name is never empty.
+  }
+  if (!PLAIN.test(name)) throw new ReflectError(file, field, `is "${uri.slice(0, 60)}", which is no plain name in the export`);
+  return name;
+}
+
+/**
+ * The meshes of a reflector that mirror, each with its material of the manifest.
+ * @returns {Promise<{mesh: import("three").Mesh, entry: import("./checkManifest.js").MaterialEntry}[]>}
+ */
+export async function mirrorsOf(gltf, reflector, manifest) {
+  const { parser } = gltf;
+  const node = await nodeOf(gltf, reflector.node, `reflectors' ${reflector.name}`);
+  const entries = new Map(reflector.materials.map((i) => [manifest.materials[i].name, manifest.materials[i]]));
+  // A mesh of several materials is a group; other children are nodes of their own.
+  const meshes = [node, ...node.children].filter((object) => object.isMesh && (object === node || parser.associations.get(object)?.nodes === undefined));
+  const found = [];
+  for (const mesh of meshes) {
+    const index = parser.associations.get(mesh.material)?.materials;
+    const entry = entries.get(index === undefined ? mesh.material.name : parser.json.materials[index].name);
+    if (entry) found.push({ mesh, entry });
+  }
+  return found;
+}
+
+/** @returns {Promise<import("three").Object3D>} */
+export async function nodeOf(gltf, index, field) {
+  if (!(index < (gltf.parser.json.nodes?.length ?? 0))) throw new ReflectError("reflect.json", `${field} node`, `is ${index}, and the scene has no such node`);
+  return gltf.parser.getDependency("node", index);
+}
+
+/** @returns {Promise<import("three").Camera | null>} the camera of a node */
+export async function cameraOf(gltf, index) {
+  let found = null;
+  (await nodeOf(gltf, index, "pictures'")).traverse((object) => (found ??= object.isCamera ? object : null));
+  return found;
+}
