@@ -8,7 +8,7 @@ export class ReflectError extends Error {
    * @param {string} reason the end of the sentence, without the full stop
    */
   constructor(file, field, reason) {
-    super(`${shortened(file)}: ${field ? `${shortened(field)} ` : ""}${reason}.`);
+    super(`${shortened(file)}: ${field ? `${shortened(field)} ` : ""}${shortened(reason, 200)}.`);
     this.name = "ReflectError";
     this.file = file;
     this.field = field;
