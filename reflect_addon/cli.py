@@ -37,7 +37,7 @@ def _run(arguments) -> int:
     try:
         from . import verbs
 
-        verb = getattr(verbs, arguments.verb.replace("-", "_"))
+        verb = getattr(verbs, {"import": "import_"}.get(arguments.verb, arguments.verb.replace("-", "_")))
         if arguments.verb == "report":  # the one that needs no Blender
             verb(arguments)
             return 0
@@ -106,6 +106,20 @@ def parser() -> argparse.ArgumentParser:
     native.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
     native.add_argument("--unpacked", action="store_true", help="images beside the new file, not in it")
     native.add_argument("--out", type=_blend, required=True, metavar="NEW.blend")
+
+    export = _verb(verbs, "export", "glTF with the baked stand-ins beside it, for programs other than Blender")
+    export.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the export; an earlier export there is replaced")
+    export.add_argument("--methods", metavar="A,B", help="methods, baked where they are missing or stale; default: all that are baked")
+    export.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
+    export.add_argument("--size", type=_size, metavar="WxH", help="with pictures of a camera: Cycles' without reflections, the truth, and each method's")
+    export.add_argument("--camera", metavar="NAME", help="whose pictures; default: the scene's")
+    export.add_argument("--samples", type=_positive, default=64, metavar="N", help="Cycles' paths per pixel of the pictures")
+    export.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
+    _settings(export, samples=False)
+
+    back = verbs.add_parser("import", help="the baked stand-ins of an export, as a bake would have written them")
+    back.add_argument("export", type=Path, metavar="DIR", help="folder of the export")
+    back.add_argument("--out", type=Path, required=True, metavar="FOLDER", help="folder of the assets: reflect render FILE.blend --assets FOLDER")
 
     shader = _verb(verbs, "shader", "print the GLSL that a method becomes")
     shader.add_argument("--method", required=True, metavar="A")

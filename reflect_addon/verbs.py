@@ -85,6 +85,29 @@ def native(arguments) -> None:
     _print(arguments, f"{arguments.out}: {done.counts()}")
 
 
+def export(arguments) -> None:
+    from .evaluation.export_file import Shot, write_export
+
+    wanted = _methods(arguments.methods) if arguments.methods else ()
+    settings = _given(arguments, wanted or (registry.AUTO,))
+    if arguments.camera and not arguments.size:
+        raise ReflectError("A camera was named, but no size of its pictures.", "Add --size, for example --size 640x480.")
+    shot = Shot(arguments.size, arguments.camera, arguments.samples) if arguments.size else None
+    say = (_json_progress if arguments.json_progress else _progress)(arguments)
+    for sentence in write_export(_scene(arguments), wanted, arguments.out, shot=shot, assets=arguments.assets, settings=settings, progress=say):
+        _warn(sentence)
+    _print(arguments, json.dumps({"done": [str(arguments.out)]}) if arguments.json_progress else arguments.out)
+
+
+def import_(arguments) -> None:
+    from .core.exchange.reading import read_export
+    from .scene.import_assets import import_assets
+
+    check_folder(arguments.out)
+    for path in import_assets(read_export(arguments.export), arguments.out, _progress(arguments)):
+        _print(arguments, path)
+
+
 def evaluate(arguments) -> None:
     from .evaluation.evaluate import evaluate as run
 

@@ -52,6 +52,7 @@ class Asset:
     items: dict[str, dict[str, str]] = field(default_factory=dict)  # scene_items.kept of what inputs_hash is over; {}: not known
     balls: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)  # refresh.balls_of when it was made; {}: not known
     beside: tuple["Asset", ...] = ()  # those that it was joined with
+    alone: "Asset | None" = None  # what it was before it was joined
 
     def bytes(self) -> int:
         """Memory on the GPU: 8 bytes a texel of _tx, 16 of _buf, half a byte of _bc1."""
@@ -67,7 +68,7 @@ class Asset:
                 if clash:
                     raise ValueError(f"assets {self.kind} and {other.kind} both have {key} {sorted(clash)}")
                 merged.update(values)
-        return replace(self, **parts, bake_seconds=self.bake_seconds + sum(o.bake_seconds for o in others), beside=others)
+        return replace(self, **parts, bake_seconds=self.bake_seconds + sum(o.bake_seconds for o in others), beside=others, alone=self)
 
 
 def asset_of(assets: dict[str, Asset], reflector: Instance) -> Asset | None:

@@ -1,4 +1,4 @@
-"""What asset.json may say: every field of an asset and every line of its table of images, checked before it is used.
+"""What asset.json says: every field of an asset and every line of its table of images, checked before it is used.
 
 Nothing here touches a disk; `path` is the file that errors name.
 """
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .asset import Part
+from .asset import Asset, Part
 from .asset_images import KINDS, ImageKind, kind_of
 from .errors import ReflectError
 
@@ -19,6 +19,32 @@ IMAGE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(?:%s)" % "|".join(KINDS))
 FILE_NAME = re.compile(IMAGE_NAME.pattern + r"-[0-9a-f]{12}\.(?:npy|dds)")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _HEX = re.compile(r"[0-9a-f]{1,64}")
+
+
+def document_of(asset: Asset) -> dict:
+    """Asset's fields except images, for json.dumps(..., default=plain)."""
+    return {
+        "kind": asset.kind,
+        "reflector": asset.reflector,
+        "settings": asset.settings,
+        "uniforms": asset.uniforms,
+        "options": asset.options,
+        "requires": asset.requires,
+        "inputs_hash": asset.inputs_hash,
+        "source": asset.source,
+        "bake_seconds": asset.bake_seconds,
+        "light_hash": asset.light_hash,
+        "items": asset.items,
+        "balls": asset.balls,
+        "parts": [vars(part) for part in asset.parts],
+    }
+
+
+def plain(value):
+    """NumPy scalars and arrays as JSON has them."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is no JSON value")
 
 
 def checked_fields(path: Path, document: dict) -> dict:

@@ -14,18 +14,18 @@ import json
 import math
 import os
 import shutil
-import stat
 from pathlib import Path
 
 import numpy as np
 
 from . import image_files
 from .asset import Asset
-from .asset_document import BAKE_AGAIN, FILE_NAME, IMAGE_NAME, MAX_SIDE, checked_entry, checked_fields, corrupt, is_int
+from .asset_document import BAKE_AGAIN, FILE_NAME, IMAGE_NAME, MAX_SIDE, checked_entry, checked_fields, corrupt, document_of, is_int, plain
 from .asset_images import ImageKind, kind_of
 from .asset_places import asset_folder  # noqa: F401  where the folders lie: one interface with this module
 from .errors import ReflectError
 from .processes import remove_abandoned, temporary_name
+from .safe_read import read_bytes
 
 FORMAT = 1
 JSON_NAME = "asset.json"
@@ -120,37 +120,13 @@ def _document(asset: Asset) -> tuple[dict[str, list], bytes]:
             "unit": kind.unit,
             "sha256": digest.hexdigest(),
         }
-    document = {
-        "what": "reflect asset",
-        "format": FORMAT,
-        "kind": asset.kind,
-        "reflector": asset.reflector,
-        "settings": asset.settings,
-        "uniforms": asset.uniforms,
-        "options": asset.options,
-        "requires": asset.requires,
-        "inputs_hash": asset.inputs_hash,
-        "source": asset.source,
-        "bake_seconds": asset.bake_seconds,
-        "light_hash": asset.light_hash,
-        "items": asset.items,
-        "balls": asset.balls,
-        "parts": [vars(part) for part in asset.parts],
-        "arrays": table,
-    }
+    document = {"what": "reflect asset", "format": FORMAT, **document_of(asset), "arrays": table}
     try:
-        text = json.dumps(document, indent=1, allow_nan=False, default=_plain)
+        text = json.dumps(document, indent=1, allow_nan=False, default=plain)
         checked_fields(Path(JSON_NAME), json.loads(text))
     except (ValueError, TypeError, ReflectError) as error:
         raise ValueError(f"asset {asset.kind} of {asset.reflector!r} cannot be written: {error}") from error
     return files, text.encode()
-
-
-def _plain(value):
-    """NumPy scalars and arrays as JSON has them."""
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} is no JSON value")
 
 
 def _write(path: Path, parts: list) -> None:
@@ -191,7 +167,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _read_document(path: Path):
-    data = _read_bytes(path, at_most=MAX_JSON_BYTES)
+    data = read_bytes(path, MAX_JSON_BYTES, remedy=BAKE_AGAIN)
     try:
         return json.loads(bytes(data), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -210,34 +186,10 @@ def _read_image(folder: Path, kind: ImageKind, file: str, shape: tuple[int, ...]
     """The array, writable, little-endian. Sizes are compared before memory is taken, the checksum before use."""
     path, body = folder / file, _body_bytes(kind, shape)
     at_most, at_least = body + image_files.MOST_HEADER_BYTES, body + image_files.LEAST_HEADER_BYTES
-    data = _read_bytes(path, at_most, at_least)
+    data = read_bytes(path, at_most, at_least, BAKE_AGAIN)
     if hashlib.sha256(data).hexdigest() != sha256:
         raise corrupt(path, "its contents do not match their checksum")
     image = image_files.image_of(kind, data, shape)
     if image is None:
         raise corrupt(path, f"it does not hold the {'x'.join(map(str, shape))} values that {JSON_NAME} declares")
     return image
-
-
-def _read_bytes(path: Path, at_most: int, at_least: int = 0) -> bytearray:
-    """The whole regular file, when it lies in its folder and its size is within the bounds."""
-    try:
-        resolved = path.resolve(strict=True)
-        if resolved.parent != path.parent.resolve():
-            raise ReflectError(f"{path} is a link that leaves its folder; it was not read.", BAKE_AGAIN)
-        if not stat.S_ISREG(resolved.stat().st_mode):
-            raise ReflectError(f"{path} is not a file.", BAKE_AGAIN)
-        with open(resolved, "rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            if size < at_least:
-                raise ReflectError(f"{path} is cut short: {size} bytes of at least {at_least}.", BAKE_AGAIN)
-            if size > at_most:
-                raise ReflectError(f"{path} is too large: {size} bytes where {at_most} are expected.", BAKE_AGAIN)
-            data = bytearray(size)
-            if file.readinto(data) != size:
-                raise ReflectError(f"{path} is cut short while it is read.", BAKE_AGAIN)
-    except FileNotFoundError as error:
-        raise ReflectError(f"{path} is missing.", BAKE_AGAIN) from error
-    except (OSError, RuntimeError) as error:  # RuntimeError: a loop of links
-        raise ReflectError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}.", BAKE_AGAIN) from error
-    return data

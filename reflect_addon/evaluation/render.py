@@ -14,6 +14,7 @@ from ..core.background import why_none as why_no_background
 from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.focus import can_focus, refocused
+from ..core.look import Look
 from ..core.progress import teller
 from ..core.snapshot import SceneSnapshot
 from ..scene.bake import chosen_reflectors
@@ -22,7 +23,7 @@ from ..scene.exr import write_exr
 from ..scene.freshness import remarks
 from ..scene.look import read_look
 from ..scene.native_draw import why_none
-from ..scene.raytrace import primary
+from ..scene.raytrace import Primary, primary
 from .assets import assets_for, baked_in
 from .eevee_picture import eevee_picture
 from .frame import open_frame
@@ -51,7 +52,6 @@ def render_picture(
     reflectors only what they mirror is then drawn. ReflectError where no asset holds the camera. focus: m from the assets' middle
     to what is sharp, 0 = found by the bake. backend: 'gpu', or 'eevee' for the method's node groups in EEVEE, which takes `samples` itself."""
     from ..gpu.device import ensure
-    from ..gpu.renderer import Renderer
 
     ensure()  # before minutes of work
     say = teller(progress, "The picture")
@@ -92,15 +92,25 @@ def render_picture(
         if not background:
             say(0.5, "tracing the frame")
             seen = primary(view, samples=samples, scene=scene, progress=lambda s, t: say(0.5 + 0.4 * s, t))
-        look, most = read_look(scene), {"most_rays": lobe_rays.MOST, "most_along": pixel_rays.MOST}
-        renderer = Renderer(snapshot, loaded, look=look, surfaces=baked.surfaces, **most)
-        if not background:
-            covered = renderer.ray_map(view).covered()[..., None]
-            behind = np.where(covered, np.maximum(seen.combined - seen.glossy, 0.0), seen.combined)
-        renderer.settle(view)
-        picture = renderer.picture(view, behind, space)[..., :3]
-        renderer.free()
+        picture, _ = drawn_over(snapshot, loaded, baked.surfaces, read_look(scene), view, behind if background else seen, space)
     _write(out, picture, say)
+
+
+def drawn_over(
+    snapshot: SceneSnapshot, assets: dict[str, Asset], surfaces: Asset | None, look: Look, view: Camera, behind: Asset | Primary, space: str
+) -> tuple[np.ndarray, np.ndarray | Asset]:
+    """((H, W, 3) the picture in `space`, 'linear' or 'display'; what was behind its reflections). behind: an asset that is the background, or Cycles' frame, whose
+    mirror part is taken away where reflectors are."""
+    from ..gpu.renderer import Renderer
+
+    renderer = Renderer(snapshot, assets, look=look, surfaces=surfaces, most_rays=lobe_rays.MOST, most_along=pixel_rays.MOST)
+    if not isinstance(behind, Asset):
+        covered = renderer.ray_map(view).covered()[..., None]
+        behind = np.where(covered, np.maximum(behind.combined - behind.glossy, 0.0), behind.combined)
+    renderer.settle(view)
+    picture = renderer.picture(view, behind, space)[..., :3]
+    renderer.free()
+    return picture, behind
 
 
 def _write(out: Path, picture: np.ndarray, say) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import lobe_rays, pixel_rays
 from ..core.asset import Asset
-from ..core.kernel import GlslKernel, emit_glsl, record, record_function, type_of
+from ..core.kernel import emit_glsl, emitted, record_function
 from ..core.rays import Answer, Rays
 from .asset_inputs import AssetInputs
 from .counts import Counts
@@ -48,22 +48,6 @@ def stored(beside: str | None) -> tuple[tuple[tuple[str, str], ...], str]:
     """(a program's further outputs, GLSL that stores `origin` and `hit_...`) for a reflection buffer of this kind."""
     _, outputs, text, _ = _BESIDE[beside]
     return outputs, _STORE_RADIANCE + text
-
-
-_kernels: dict[tuple, GlslKernel] = {}  # by all that recording reads, oldest first
-KEPT = 64  # kernels: all variants of all methods that a window shows in turns
-
-
-def emitted(trace: Callable, asset: Asset, wanted: tuple[str, ...]) -> GlslKernel:
-    """The asset's kernel as GLSL. Recording a large one takes half a second, and a window that switches between methods asks
-    for the same ones again; it reads names, types and options only, so these say whether it is the same."""
-    uniforms = tuple((name, type_of(value)) for name, value in asset.uniforms.items())
-    key = (trace, asset.kind, wanted, tuple(asset.images), uniforms, repr(sorted(asset.options.items())))
-    if key not in _kernels:
-        while len(_kernels) >= KEPT:
-            del _kernels[next(iter(_kernels))]
-        _kernels[key] = emit_glsl(record(trace, asset), wanted, "answer", push_bytes=0)
-    return _kernels[key]
 
 
 class Fill:

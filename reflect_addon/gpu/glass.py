@@ -10,11 +10,11 @@ from functools import cache
 
 from ..core import glass_optics, glass_shapes
 from ..core.asset import Asset
-from ..core.kernel import emit_glsl, record_function
+from ..core.kernel import emit_glsl, emitted, record_function
 from .asset_inputs import AssetInputs
 from .background import FULLSCREEN
 from .device import ensure
-from .fill import RAYS, emitted
+from .fill import RAYS
 from .level_programs import MIRROR_UNIFORMS
 from .program import Program, ProgramInfo, call_text, program
 from .resolve_kernels import BOTH_FACES, both_faces, reflectance_kernel

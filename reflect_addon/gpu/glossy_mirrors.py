@@ -8,11 +8,11 @@ comes after.
 
 from ..core import curved_march, lobe_rays, mirror_march, spaces
 from ..core.asset import Asset
-from ..core.kernel import emit_glsl, record_function
+from ..core.kernel import emit_glsl, emitted, record_function
 from ..core.methods import recursive
 from .asset_inputs import AssetInputs
 from .background import FULLSCREEN
-from .fill import LOBE_RAY, RAYS, emitted, lobe_parts, stored
+from .fill import LOBE_RAY, RAYS, lobe_parts, stored
 from .level_programs import MIRROR_UNIFORMS
 from .program import Program, ProgramInfo, call_text, program
 from .texture_cache import TextureCache

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import mirror_series, spaces, virtual_lamps
 from ..core.asset import Asset
-from ..core.kernel import emit_glsl, record_function
+from ..core.kernel import emit_glsl, emitted, record_function
 from ..core.methods import recursive
 from ..core.mirror_planes import MirrorPlane
 from ..core.mirror_series import PICTURES, ROWS
@@ -18,7 +18,7 @@ from .asset_inputs import AssetInputs
 from .background import FULLSCREEN
 from .counts import Counts
 from .device import ensure
-from .fill import RAYS, emitted, stored
+from .fill import RAYS, stored
 from .level_programs import MIRROR_UNIFORMS
 from .level_targets import Level, Seen
 from .program import Program, ProgramInfo, call_text, program

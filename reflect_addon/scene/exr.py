@@ -27,18 +27,19 @@ def bundled(name: str):
         ) from error
 
 
-def write_exr(path: Path, channels: np.ndarray, remedy: str = ELSEWHERE) -> None:
-    """Writes (H, W, C) float32 as an uncompressed EXR, whole or not at all. ReflectError (disk full) names the file, and
-    the remedy."""
+def write_exr(path: Path, channels: np.ndarray, remedy: str = ELSEWHERE, compression: str = "none") -> None:
+    """Writes (H, W, C) as an EXR, float16 as half floats and all else as float32, whole or not at all. compression: OpenEXR's word. ReflectError (disk full)
+    names the file, and the remedy."""
     oiio = bundled("OpenImageIO")
     height, width, count = channels.shape
-    spec = oiio.ImageSpec(width, height, count, "float")
-    spec.attribute("compression", "none")
+    kind = np.float16 if channels.dtype == np.float16 else np.float32
+    spec = oiio.ImageSpec(width, height, count, "half" if kind is np.float16 else "float")
+    spec.attribute("compression", compression)
     with whole_file(path, remedy) as temporary:
         out = oiio.ImageOutput.create(str(temporary))
         if out is None or not out.open(str(temporary), spec):
             raise OSError(_reason(oiio.geterror() if out is None else out.geterror()))
-        written = out.write_image(np.ascontiguousarray(channels[::-1], np.float32))
+        written = out.write_image(np.ascontiguousarray(channels[::-1], kind))
         if not (out.close() and written):
             raise OSError(_reason(out.geterror()))
 
@@ -58,6 +59,21 @@ def read_exr(path: Path) -> dict[str, np.ndarray]:
         source.close()
     pixels = np.asarray(pixels, np.float32).reshape(spec.height, spec.width, spec.nchannels)[::-1]
     return {".".join(name.split(".")[-2:]): pixels[..., i] for i, name in enumerate(spec.channelnames)}
+
+
+def read_whole_exr(path: Path, height: int, width: int, kind: str) -> np.ndarray:
+    """(H, W, 4) of a file whose header is known to say RGBA of this kind, "half" or "float" (core/exchange/exr_header.py). ReflectError where it does not decode."""
+    oiio = bundled("OpenImageIO")
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise ReflectError(f"{path} is damaged: {_reason(oiio.geterror())}.", "Export it again.")
+    try:
+        pixels = source.read_image(0, 0, 0, 4, kind)
+        if pixels is None or pixels.shape != (height, width, 4) or source.spec().channelnames != ("R", "G", "B", "A"):
+            raise ReflectError(f"{path} is damaged: {_reason(source.geterror())}.", "Export it again.")
+    finally:
+        source.close()
+    return np.ascontiguousarray(pixels[::-1], "<f2" if kind == "half" else "<f4")
 
 
 def stacked(channels: dict[str, np.ndarray], layer: str, names: str) -> np.ndarray:

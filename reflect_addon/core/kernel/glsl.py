@@ -1,4 +1,4 @@
-"""The GLSL emitter: one readable function per program, for Blender's gpu module.
+"""The GLSL emitter: one readable function per program, for Blender's gpu module and, as another dialect of the same text, for GLSL ES 3.00.
 
 Only what the wanted outputs need is in the text. Loops are `for` with `break`, or a block where there is one step; branches
 are `if`; names are those of k.name and of loop-body parameters; k.cite became comments. Images are sampler2D and read with
@@ -65,9 +65,11 @@ def emit_glsl(
     function: str = "reflect_trace",
     push_bytes: int = 128,
     prefix: str = "asset_",
+    dialect: text.Dialect = text.DESKTOP,
 ) -> GlslKernel:
     """A GLSL function of this program. push_bytes: what is left for its uniforms among the push constants (128 in all are
-    safe); more go into a uniform block. prefix: before the names of images and push constants."""
+    safe); more go into a uniform block. prefix: before the names of images and push constants. KernelError for an image's, input's or
+    output's name that the dialect does not take."""
     plan = schedule(program, wanted)
     images = {name: prefix + name for name in plan.images}
     uniforms = {name: program.uniforms[name] for name in plan.uniforms}
@@ -75,7 +77,9 @@ def emit_glsl(
     push_names = {} if block else {name: prefix + name for name in uniforms}
     inputs = {name: node.type for name, node in program.inputs.items()}
     outputs = {name: node.type for name, node in plan.outputs.items()}
-    writer = _Writer(program, plan, images, [*inputs, *(f"out_{o}" for o in outputs), function, *push_names.values()])
+    taken = [*inputs, *(f"out_{o}" for o in outputs), function, *push_names.values()]
+    dialect.check(*taken, *images.values())
+    writer = _Writer(program, plan, images, taken, dialect)
 
     block_name, block_type = f"{function}_uniforms", f"{function.title().replace('_', '')}Uniforms"
     layout, slots = text.pack_layout(uniforms)
@@ -97,7 +101,7 @@ def emit_glsl(
     parameters = [f"{kind} {name}" for name, kind in inputs.items()]
     parameters += [f"out {kind} out_{name}" for name, kind in outputs.items()]
     body = "\n".join(writer.lines)
-    heading = f"// {program.name}: recorded kernel.\n" if program.name else ""
+    heading = f"// {dialect.comment(program.name)}: recorded kernel.\n" if program.name else ""
     return GlslKernel(
         function,
         f"{_helpers(plan)}{heading}void {function}({', '.join(parameters)})\n{{\n{body}\n}}\n",
@@ -122,9 +126,9 @@ def _helpers(plan: Schedule) -> str:
 
 
 class _Writer:
-    def __init__(self, program: Program, plan: Schedule, images: dict[str, str], taken: list[str]):
-        self.program, self.plan, self.images = program, plan, images
-        self.space = text.NameSpace([*taken, *images.values()])
+    def __init__(self, program: Program, plan: Schedule, images: dict[str, str], taken: list[str], dialect: text.Dialect):
+        self.program, self.plan, self.images, self.dialect = program, plan, images, dialect
+        self.space = text.NameSpace([*taken, *images.values()], dialect)
         self.uniforms: dict[str, str] = {}
         self.variables: dict[Node, str] = {}
         self.inlined: dict[Node, tuple[str, int]] = {}
@@ -152,7 +156,7 @@ class _Writer:
         section = self.section(node)
         if section and section not in self.cited:
             self.cited.add(section)
-            self.line(f"// {self.program.graph.citations[section - 1][1]}")
+            self.line(f"// {self.dialect.comment(self.program.graph.citations[section - 1][1])}")
 
     def expression(self, node: Node) -> tuple[str, int]:
         """(text, precedence) to read a node with: a variable, or the inlined expression."""

@@ -1,10 +1,11 @@
-"""Text of GLSL: literals, expressions, names, helper functions, and where uniforms lie. Used by glsl.py."""
+"""Text of GLSL: literals, expressions, names, helper functions, dialects, and where uniforms lie. Used by glsl.py."""
 
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
-from .graph import SIZES, Node
+from .graph import SIZES, KernelError, Node
 
 FETCH = """vec4 reflect_fetch(sampler2D image, float x, float y)
 {
@@ -39,6 +40,42 @@ RESERVED = frozenset(
     shared short sizeof smooth static struct subroutine superp switch template texture this thread true typedef uint
     uniform union unsigned using varying vec2 vec3 vec4 void volatile while writeonly abs clamp cross dot exp2 floor log2
     max min sqrt main M_PI""".split()
+)
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What differs from GLSL to GLSL: the expressions are the same, for the emitter converts every type by hand and declares no array."""
+
+    name: str
+    reserved: frozenset[str] = RESERVED  # words that nothing can be called
+    prefixes: tuple[str, ...] = ("gl_",)  # that no name may begin with
+    strict: bool = False  # no "__" in names, comments of ASCII without a backslash: browsers refuse shaders for less
+
+    def comment(self, words: str) -> str:
+        """Words as they may stand in a comment."""
+        return words.encode("ascii", "replace").decode().replace("\\", "/") if self.strict else words
+
+    def check(self, *names: str) -> None:
+        """KernelError for a name from outside that the dialect does not take."""
+        for name in names:
+            if self.strict and ("__" in name or name in self.reserved or name.startswith(self.prefixes)):
+                raise KernelError(f"{self.name} takes no name like '{name}'")
+
+
+DESKTOP = Dialect("GLSL")
+# GLSL ES 3.00 as browsers check it [Khronos, "The OpenGL ES Shading Language 3.00", 3.8, 3.9; "WebGL 2.0", 4.3]; and words of three.js's shaders.
+ES_300 = Dialect(
+    "GLSL ES 3.00",
+    RESERVED
+    | frozenset(
+        """atomic_uint bvec2 bvec3 bvec4 dmat2 dmat3 dmat4 dvec2 dvec3 dvec4 fvec2 fvec3 fvec4 hvec2 hvec3 hvec4 image1D image2D image3D imageCube
+        imageBuffer imageRect isampler2D isampler3D isamplerCube ivec3 ivec4 mat2 mat2x2 mat2x3 mat2x4 mat3x2 mat3x3 mat3x4 mat4x2 mat4x3 mat4x4 sampler1D
+        sampler2DArray sampler2DRect sampler2DShadow sampler3D sampler3DRect samplerBuffer samplerCube samplerCubeShadow usampler2D usampler3D usamplerCube
+        uvec2 uvec3 uvec4 defined texelFetch textureSize textureLod PI PI2 EPSILON LOG2 saturate varying texture2D""".split()
+    ),
+    ("gl_", "webgl_", "_webgl_"),
+    True,
 )
 ATOM, UNARY, MUL, ADD, LESS, EQUAL, AND, OR, SELECT = range(9, 0, -1)  # precedence, tightest first
 INFIX = {"add": ("+", ADD), "sub": ("-", ADD), "mul": ("*", MUL), "div": ("/", MUL)} | {
@@ -107,13 +144,13 @@ def _is_spread(node: Node) -> bool:
 class NameSpace:
     """Unique identifiers."""
 
-    def __init__(self, taken):
-        self.taken = set(taken) | RESERVED
+    def __init__(self, taken, dialect: Dialect = DESKTOP):
+        self.taken, self.prefixes = set(taken) | dialect.reserved, dialect.prefixes
 
     def new(self, wanted: str) -> str:
         wanted = re.sub("_+", "_", wanted).strip("_") or "value"
         name, number = wanted, 1
-        while name in self.taken or (number == 1 and name.startswith("gl_")):
+        while name in self.taken or (number == 1 and name.startswith(self.prefixes)):
             number += 1
             name = f"{wanted}_{number}"
         self.taken.add(name)

@@ -2,16 +2,15 @@
 assets that it names; reading it trusts nothing."""
 
 import json
-import math
 from collections.abc import Collection
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import get_args, get_origin, get_type_hints
 
 from ..errors import ReflectError
 from ..safe_write import write_whole
 from ..scene_items import MATERIALS, MIRRORS, digest, geometry, mirrors
 from ..snapshot import SceneSnapshot
+from ..typed_json import typed
 from .choose import Choice, LeftOut
 from .goal import Goal
 
@@ -111,8 +110,22 @@ def unworded(given: tuple[str, ...]) -> dict[str, object]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in found.items()}
 
 
+def document_of(plan: Plan) -> dict:
+    """As JSON has it."""
+    return json.loads(json.dumps({"what": "reflect plan", "format": FORMAT, **asdict(plan)}, allow_nan=False))
+
+
+def plan_of(document) -> Plan:
+    """The plan of a JSON value. ValueError says what is wrong."""
+    if not isinstance(document, dict) or document.get("what") != "reflect plan":
+        raise ValueError("it is no plan of Reflect's")
+    if (format := document.get("format")) != FORMAT:
+        raise ValueError(f"it has format {format}, this version reads {FORMAT}")
+    return typed(Plan, {key: value for key, value in document.items() if key not in ("what", "format")}, "plan")
+
+
 def write_plan(plan: Plan, folder: Path) -> None:
-    write_whole(Path(folder) / FILE_NAME, (json.dumps({"what": "reflect plan", "format": FORMAT, **asdict(plan)}, indent=1, allow_nan=False) + "\n").encode())
+    write_whole(Path(folder) / FILE_NAME, (json.dumps(document_of(plan), indent=1, allow_nan=False) + "\n").encode())
 
 
 def read_plan(folder: Path) -> Plan | None:
@@ -128,28 +141,6 @@ def read_plan(folder: Path) -> Plan | None:
     try:
         if len(content) > MAX_BYTES:
             raise ValueError("it is too large")
-        document = json.loads(content)
-        if not isinstance(document, dict) or document.pop("what", None) != "reflect plan":
-            raise ValueError("it is no plan of Reflect's")
-        if (format := document.pop("format", None)) != FORMAT:
-            raise ValueError(f"it has format {format}, this version reads {FORMAT}")
-        return _as(Plan, document, "plan")
+        return plan_of(json.loads(content))
     except (ValueError, RecursionError) as error:
         raise ReflectError(f"{path} is damaged: {error}.", "Bake again.") from error
-
-
-def _as(kind, value, name: str):
-    """A JSON value as what a field declares. ValueError names the field that is something else."""
-    if is_dataclass(kind):
-        hints = get_type_hints(kind)
-        if not isinstance(value, dict) or value.keys() != hints.keys():
-            raise ValueError(f"{name} has other fields than {', '.join(hints)}")
-        return kind(**{f.name: _as(hints[f.name], value[f.name], f"{name}.{f.name}") for f in fields(kind)})
-    if get_origin(kind) is tuple:
-        if not isinstance(value, list):
-            raise ValueError(f"{name} is no list")
-        return tuple(_as(get_args(kind)[0], item, f"{name}[{k}]") for k, item in enumerate(value))
-    allowed = (int, float) if kind is float else (kind,)
-    if type(value) not in allowed or (kind is float and not math.isfinite(value)):
-        raise ValueError(f"{name} is no {kind.__name__}")
-    return kind(value)

@@ -1,0 +1,106 @@
+"""The scene as glTF by Blender's own exporter, and where in it reflectors and cameras are.
+
+Problem. Another program needs the scene, and to know which of its nodes mirror. The exporter names nodes by their objects, but a name may be that of several
+(instances), and what it leaves out it does not say.
+Idea. A node is a reflector's when it has its object's name and a mesh, and stands where the reflector stands; the nearest of several is taken.
+Limits. What the exporter cannot write (area lamps, volumes, the world, most of a material's nodes) is not in the glTF; Reflect's stand-ins show it all the same.
+"""
+
+import json
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.errors import ReflectError
+from ..core.exchange.manifest import EXTENSION, FILE_NAME, SCENE_NAME
+from ..core.safe_write import ELSEWHERE
+
+TEXTURES = "textures"  # folder of the glTF's own images
+# gltf = GLTF_FROM_BLENDER blender: z up becomes y up.
+GLTF_FROM_BLENDER = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], np.float64)
+APART = 1e-3  # of a matrix's largest number: float32, and parents' transforms multiplied
+
+SETTINGS = {
+    "export_format": "GLTF_SEPARATE", "export_texture_dir": TEXTURES, "export_yup": True, "export_apply": True, "export_gn_mesh": True,
+    "use_renderable": True, "use_active_scene": True, "export_cameras": True, "export_lights": True, "export_normals": True,
+    "export_animations": False, "export_extras": False, "export_morph": False, "export_skins": False, "check_existing": False,
+}  # fmt: skip
+
+
+class SceneGltf:
+    """The glTF of a scene in a folder. To be made while the scene is as a render shows it (evaluation/frame.open_frame)."""
+
+    def __init__(self, scene: bpy.types.Scene, folder: Path):
+        self.path = Path(folder) / SCENE_NAME
+        layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+        try:
+            with bpy.context.temp_override(scene=scene, view_layer=layer):
+                bpy.ops.export_scene.gltf(filepath=str(self.path), **SETTINGS)
+            self.document = json.loads(self.path.read_bytes())
+        except (RuntimeError, AttributeError, ValueError, OSError) as error:
+            reason = " ".join(str(error).split()).removeprefix("Error: ")
+            raise ReflectError(f"Blender's glTF exporter failed: {reason or 'no reason given'}.", f"Switch its add-on on and try File > Export > glTF. {ELSEWHERE}") from error
+        self._drop_empty(self.path.parent / TEXTURES)
+        self._nodes = self.document.get("nodes", [])
+        self._places = self._world_matrices()
+
+    def mesh_node(self, name: str, world_from_object: np.ndarray, taken=frozenset()) -> int | None:
+        """The node of an object's mesh that stands there (Blender's world), not among `taken`; None where the exporter wrote none."""
+        wanted = GLTF_FROM_BLENDER @ world_from_object @ GLTF_FROM_BLENDER.T
+        within = APART * max(np.abs(wanted).max(), 1e-6)
+        found = [(np.abs(self._places[k] - wanted).max(), k) for k in self._places if k not in taken and "mesh" in self._nodes[k] and self._nodes[k].get("name") == name]
+        apart, node = min(found, default=(np.inf, None))
+        return node if apart <= within else None
+
+    def camera_node(self, name: str) -> int | None:
+        """The node of a camera object's camera: its own, or that of a child that the exporter made to turn it."""
+        for k, node in enumerate(self._nodes):
+            if node.get("name") == name:
+                inside = [k, *node.get("children", ())]
+                return next((child for child in inside if "camera" in self._nodes[child]), None)
+        return None
+
+    def material_names(self) -> set[str]:
+        return {material.get("name", "") for material in self.document.get("materials", [])}
+
+    def mark(self, nodes: list[int]) -> None:
+        """Puts the vendor's extension into the document and its file: which node is which reflector's, by their order."""
+        used = self.document.setdefault("extensionsUsed", [])
+        used.append(EXTENSION)
+        self.document.setdefault("extensions", {})[EXTENSION] = {"manifest": FILE_NAME}
+        for index, node in enumerate(nodes):
+            self._nodes[node].setdefault("extensions", {})[EXTENSION] = {"reflector": index}
+        self.path.write_text(json.dumps(self.document, indent=1, ensure_ascii=False, allow_nan=False), encoding="utf-8")
+
+    def _world_matrices(self) -> dict[int, np.ndarray]:
+        """By node of the scene: gltf's world from the node."""
+        found, todo = {}, [(node, np.eye(4)) for node in self.document["scenes"][self.document.get("scene", 0)].get("nodes", ())]
+        while todo:
+            node, above = todo.pop()
+            found[node] = above @ matrix_of(self._nodes[node])
+            todo += [(child, found[node]) for child in self._nodes[node].get("children", ())]
+        return found
+
+    @staticmethod
+    def _drop_empty(folder: Path) -> None:
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
+
+
+def matrix_of(node: dict) -> np.ndarray:
+    """(4, 4) of a glTF node, its parent from itself."""
+    if "matrix" in node:
+        return np.array(node["matrix"], np.float64).reshape(4, 4).T
+    x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), np.float64)
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    out = np.eye(4)
+    out[:3, :3] = turn * np.array(node.get("scale", (1, 1, 1)), np.float64)
+    out[:3, 3] = node.get("translation", (0, 0, 0))
+    return out

@@ -1,0 +1,158 @@
+"""A scene with its stand-ins as an export's folder (docs/export-format.md): glTF, images, kernels, the look, and the manifest that names them.
+
+Each image, kernel and asset is written once, whoever uses it: its name holds the beginning of its content's checksum.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core import dds, methods, shading
+from ..core.asset import Asset, asset_of
+from ..core.asset_images import size_of
+from ..core.exchange import manifest as m
+from ..core.kernel import ES_300, emit_glsl, emitted, record_function
+from ..core.look import TABLE_SIDE
+from ..core.look import Look as SceneLook
+from ..core.planning.plan import Plan, document_of
+from ..core.snapshot import Instance, SceneSnapshot
+from .export_gltf import SceneGltf
+from .exr import write_exr
+
+WANTED = ("radiance", "coverage")
+
+
+class SceneExport:
+    """One export in the making: what is written so far."""
+
+    def __init__(self, scene: bpy.types.Scene, snapshot: SceneSnapshot, folder: Path):
+        self.folder, self.snapshot, self.sentences = Path(folder), snapshot, []
+        for name in (m.IMAGES, m.SHADERS):
+            (self.folder / name).mkdir()
+        self.gltf = SceneGltf(scene, self.folder)
+        self._name = scene.name
+        self._images: dict[str, m.Image] = {}
+        self._shaders: dict[str, m.Shader] = {}
+        self._assets: dict[str, dict] = {}
+        self._materials: list[m.Material] = []
+        self._pictures: list[m.Picture] = []
+        self._known: dict[object, object] = {}  # by an array's checksum: image id; by id(asset): answer
+        self._kept: list[Asset] = []  # so that ids stay theirs
+
+    def answers(self, assets: dict[str, dict[str, Asset]], say: Callable[[float, str], object]) -> tuple[m.Reflector, ...]:
+        """Reflectors that have a node, each with what the methods (name -> assets by reflector) answer its rays with. The glTF is marked."""
+        found: list[m.Reflector] = []
+        instances = self.snapshot.reflectors()
+        for k, instance in enumerate(instances):
+            say(k / len(instances), f"writing {instance.name}")
+            answers = {name: self._answer(asset) for name, some in assets.items() if (asset := asset_of(some, instance)) is not None}
+            node = self.gltf.mesh_node(instance.object_name, instance.world_from_object, {r.node for r in found})
+            if node is None:
+                self.sentences.append(f"{instance.name} is not in the glTF that Blender's exporter wrote: it has no reflections there.")
+            elif answers:
+                found.append(m.Reflector(instance.name, node, self._mirroring(instance), answers))
+        self.gltf.mark([r.node for r in found])
+        return tuple(found)
+
+    def picture(self, camera: str, behind: np.ndarray, truth: bytes, drawn: dict[str, bytes]) -> None:
+        """What Cycles says of a camera. behind: (H, W, 3), scene-linear; the others PNG files."""
+        node = self.gltf.camera_node(camera)
+        if node is None:
+            self.sentences.append(f"The camera {camera} is not in the glTF that Blender's exporter wrote: its pictures are left out.")
+            return
+        (self.folder / m.PICTURES).mkdir(exist_ok=True)
+        path = self.folder / m.PICTURES / "behind.exr"
+        write_exr(path, np.clip(behind, 0, 65504).astype(np.float16), compression="zip")
+        files = {"behind": self._named(path, "behind", "exr")} | {"truth": self._file(m.PICTURES, "truth", "png", truth)}
+        shown = {name: self._file(m.PICTURES, name, "png", content) for name, content in drawn.items()}
+        self._pictures.append(m.Picture(camera, node, behind.shape[1], behind.shape[0], files["behind"], files["truth"], shown))
+
+    def finish(self, reflectors: tuple[m.Reflector, ...], look: SceneLook, plan: Plan | None) -> m.Manifest:
+        """Writes the manifest."""
+        content = self.gltf.path.read_bytes()
+        scene = m.SceneFile(m.SCENE_NAME, self._name, len(content), hashlib.sha256(content).hexdigest())
+        table = None
+        if look.table is not None:
+            unrolled = look.table.transpose(1, 0, 2, 3).reshape(TABLE_SIDE, TABLE_SIDE**2, 3)  # row = green, column = 64 blue + red
+            table = self._image("look", m.LOOK_KIND, np.concatenate([unrolled, np.ones_like(unrolled[..., :1])], -1).astype(np.float16))
+        program = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options={"has_metal": True, "has_dielectric": True})
+        reflectance = self._shader(emit_glsl(program, ("reflectance", "opacity"), "surface_reflectance", dialect=ES_300).source)
+        made = m.Manifest(
+            f"Reflect in Blender {bpy.app.version_string}", scene, m.Look(look.exposure, table), self._images, self._shaders, self._assets, tuple(self._materials),
+            reflectance, reflectors, tuple(self._pictures), document_of(plan) if plan else None,
+        )  # fmt: skip
+        (self.folder / m.FILE_NAME).write_bytes(m.text_of(made))
+        return made
+
+    def _answer(self, asset: Asset) -> m.Answer:
+        if id(asset) in self._known:
+            return self._known[id(asset)]
+        ids = [self._asset(one) for one in (asset.alone or asset, *asset.beside)]
+        kernel = emitted(methods.get(asset.kind).trace, asset, WANTED, ES_300)
+        samplers = {sampler: self._image(name, name.rpartition("_")[2], asset.images[name]) for name, sampler in kernel.images.items()}
+        slots = kernel.pack_uniforms(asset).reshape(-1, 4).tolist() if kernel.block_name else []
+        answer = m.Answer(asset.kind, tuple(ids), self._shader(kernel.source), samplers, tuple(map(tuple, slots)), asset.bytes())
+        self._known[id(asset)] = answer
+        self._kept.append(asset)
+        return answer
+
+    def _asset(self, asset: Asset) -> str:
+        entry = m.asset_entry(asset, {name: self._image(name, name.rpartition("_")[2], image) for name, image in asset.images.items()})
+        key = f"{asset.kind}-{hashlib.sha256(repr(entry).encode('utf-8', 'surrogatepass')).hexdigest()[: m.DIGITS]}"
+        self._assets[key] = entry
+        return key
+
+    def _mirroring(self, instance: Instance) -> tuple[int, ...]:
+        """The materials of the triangles that mirror: the shiny ones, all where none is and a mark says that it mirrors (gpu/raymap.py)."""
+        used = {instance.materials[slot] for slot in np.unique(self.snapshot.slots(instance))}
+        some = [self.snapshot.materials[k] for k in sorted(used)]
+        some = [material for material in some if material.is_reflector] or some
+        rows = [m.Material(s.name, s.base_color, s.metallic, s.specular_tint, s.ior, s.specular_weight, s.roughness) for s in some]
+        for row in rows:
+            if row not in self._materials:
+                self._materials.append(row)
+        return tuple(self._materials.index(row) for row in rows)
+
+    def _image(self, name: str, kind: str, array: np.ndarray) -> str:
+        """The image's id; written unless one of the same content is there."""
+        digest = hashlib.sha256(repr((kind, array.shape)).encode())
+        digest.update(np.ascontiguousarray(array))
+        if digest.digest() not in self._known:
+            ending = m.ENDINGS[kind]
+            path = self.folder / m.IMAGES / f"new.{ending}"
+            if ending == "dds":
+                path.write_bytes(dds.header(array.shape) + dds.body(array).tobytes())
+            else:
+                write_exr(path, array, compression="zip")
+            content = path.read_bytes()
+            file = self._named(path, name, ending)
+            key = Path(file).stem
+            self._images[key] = m.Image(file, kind, *size_of(array), len(content), hashlib.sha256(content).hexdigest())
+            self._known[digest.digest()] = key
+        return self._known[digest.digest()]
+
+    def _shader(self, source: str) -> str:
+        content = source.encode("ascii")
+        sha256 = hashlib.sha256(content).hexdigest()
+        key = sha256[: m.DIGITS]
+        if key not in self._shaders:
+            file = f"{m.SHADERS}/{key}.glsl"
+            (self.folder / file).write_bytes(content)
+            self._shaders[key] = m.Shader(file, len(content), sha256)
+        return key
+
+    def _file(self, folder: str, name: str, ending: str, content: bytes) -> str:
+        path = self.folder / folder / f"new.{ending}"
+        path.write_bytes(content)
+        return self._named(path, name, ending)
+
+    def _named(self, path: Path, name: str, ending: str) -> str:
+        """Renames a file of the export by its content; its name below the folder."""
+        digits = hashlib.sha256(path.read_bytes()).hexdigest()[: m.DIGITS]
+        new = path.with_name(f"{name}-{digits}.{ending}")
+        os.replace(path, new)
+        return new.relative_to(self.folder).as_posix()
