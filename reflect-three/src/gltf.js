@@ -6,7 +6,8 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { ReflectError } from "./ReflectError.js";
 import { FILE_BYTES } from "./limits.js";
 
-const PLAIN = /^(?!\.)[^/\\:?#\u0000-\u001f]{1,255}$/;
+// The folder is where Blender's exporter puts pictures.
+const PLAIN = /^(?:textures\/)?(?!\.)[^/\\:?#\u0000-\u001f]{1,255}$/;
 
 /**
  * @param {ArrayBuffer} bytes scene.gltf, checked

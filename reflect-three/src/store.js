@@ -45,8 +45,8 @@ export class Store {
     const shader = this.manifest.shaders[id];
     return this._once(shader, async () => {
       const text = new TextDecoder().decode(await this.file(shader, onBytes));
-      // What a preprocessor of three, and not the graphics card's compiler, would act on.
-      if (/[^\t\n\r\x20-\x7e]/.test(text) || /#\s*(include|version|extension|pragma)/.test(text)) throw new ReflectError(shader.file, "", "is no kernel");
+      // What three's own preprocessor would act on, and not the graphics card's compiler.
+      if (/#\s*(include|version|extension|pragma)/.test(text)) throw new ReflectError(shader.file, "", "is no kernel");
       return text;
     });
   }
