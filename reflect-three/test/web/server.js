@@ -13,6 +13,7 @@ export async function served(folders) {
   const server = createServer(async (request, response) => {
     const [, first, ...rest] = decodeURIComponent(new URL(request.url, "http://x").pathname).split("/");
     const file = normalize(join("/", ...rest));
+    if (first === "favicon.ico") return void response.writeHead(204).end();
     try {
       const path = join(folders[first], file);
       const { size } = await stat(path);
