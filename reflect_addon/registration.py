@@ -9,6 +9,7 @@ from .ops import (
     bake,
     cancel,
     delete_assets,
+    export,
     focus_here,
     keep_fresh,
     mark,
@@ -36,6 +37,7 @@ CLASSES = (
     focus_here.REFLECT_OT_focus_here,
     use_in_materials.REFLECT_OT_use_in_materials,
     remove_from_materials.REFLECT_OT_remove_from_materials,
+    export.REFLECT_OT_export,
     open_folder.REFLECT_OT_open_folder,
     delete_assets.REFLECT_OT_delete_assets,
     plan_preset.REFLECT_OT_plan_preset,
@@ -59,6 +61,7 @@ def steps() -> Iterator[tuple[Callable[[], None], Callable[[], None]]]:
     yield map_preview.register, map_preview.unregister
     for cls in CLASSES:
         yield lambda cls=cls: bpy.utils.register_class(cls), lambda cls=cls: bpy.utils.unregister_class(cls)
+    yield export.register, export.unregister
     yield _add_scene_settings, _remove_scene_settings
     yield _Command().register, _Command.unregister
     if not bpy.app.background:

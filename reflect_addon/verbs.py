@@ -94,9 +94,10 @@ def export(arguments) -> None:
         raise ReflectError("A camera was named, but no size of its pictures.", "Add --size, for example --size 640x480.")
     shot = Shot(arguments.size, arguments.camera, arguments.samples) if arguments.size else None
     say = (_json_progress if arguments.json_progress else _progress)(arguments)
-    for sentence in write_export(_scene(arguments), wanted, arguments.out, shot=shot, assets=arguments.assets, settings=settings, progress=say):
+    said = write_export(_scene(arguments), wanted, arguments.out, shot=shot, assets=arguments.assets, settings=settings, progress=say)
+    for sentence in said:
         _warn(sentence)
-    _print(arguments, json.dumps({"done": [str(arguments.out)]}) if arguments.json_progress else arguments.out)
+    _print(arguments, json.dumps({"done": [str(arguments.out)], "said": said}) if arguments.json_progress else arguments.out)
 
 
 def import_(arguments) -> None:

@@ -20,6 +20,7 @@ from ..core.progress import teller
 from ..core.snapshot import SceneSnapshot
 from ..scene.bake import chosen_reflectors
 from ..scene.camera import camera_of
+from ..scene.export_gltf import export_gltf
 from ..scene.export_scene import SceneExport
 from ..scene.freshness import is_stale, remarks
 from ..scene.load import load_assets, plan_in
@@ -64,7 +65,7 @@ def write_export(
         view = camera_of(scene, named_camera(scene, shot.camera), *shot.size) if shot else None
         found, sentences = _found(scene, snapshot, wanted, out, assets, settings or {}, lambda s, t: say(BAKED * s, t))
         with whole_folder(out) as folder:
-            made = SceneExport(scene, snapshot, folder)
+            made = SceneExport(snapshot, export_gltf(scene, folder))
             reflectors = made.answers({name: baked.assets for name, baked in found.items()}, lambda s, t: say(BAKED + 0.1 * s, t))
             if not reflectors:
                 raise ReflectError(" ".join(made.sentences) or f"No reflector of {scene.name} has an asset.", "Show the reflectors in renders, and bake again.")

@@ -15,6 +15,8 @@ import numpy as np
 from ..core.errors import ReflectError
 from ..core.exchange.manifest import EXTENSION, FILE_NAME, SCENE_NAME
 from ..core.safe_write import ELSEWHERE
+from .native_marks import original_of
+from .restore import Change, attributes
 
 TEXTURES = "textures"  # folder of the glTF's own images
 # gltf = GLTF_FROM_BLENDER blender: z up becomes y up.
@@ -28,20 +30,29 @@ SETTINGS = {
 }  # fmt: skip
 
 
-class SceneGltf:
-    """The glTF of a scene in a folder. To be made while the scene is as a render shows it (evaluation/frame.open_frame)."""
+def export_gltf(scene: bpy.types.Scene, folder: Path) -> "SceneGltf":
+    """Writes the glTF of a scene into a folder. To be called while the scene is as a render shows it (evaluation/frame.open_frame). ReflectError: the exporter
+    is switched off or fails."""
+    path = Path(folder) / SCENE_NAME
+    layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    try:
+        with attributes(_own_materials(scene)), bpy.context.temp_override(scene=scene, view_layer=layer):
+            bpy.ops.export_scene.gltf(filepath=str(path), **SETTINGS)
+        textures = path.parent / TEXTURES
+        if textures.is_dir() and not any(textures.iterdir()):
+            textures.rmdir()
+        return SceneGltf(path)
+    except (RuntimeError, AttributeError, ValueError, OSError) as error:
+        reason = " ".join(str(error).split()).removeprefix("Error: ")
+        raise ReflectError(f"Blender's glTF exporter failed: {reason or 'no reason given'}.", f"Switch its add-on on and try File > Export > glTF. {ELSEWHERE}") from error
 
-    def __init__(self, scene: bpy.types.Scene, folder: Path):
-        self.path = Path(folder) / SCENE_NAME
-        layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
-        try:
-            with bpy.context.temp_override(scene=scene, view_layer=layer):
-                bpy.ops.export_scene.gltf(filepath=str(self.path), **SETTINGS)
-            self.document = json.loads(self.path.read_bytes())
-        except (RuntimeError, AttributeError, ValueError, OSError) as error:
-            reason = " ".join(str(error).split()).removeprefix("Error: ")
-            raise ReflectError(f"Blender's glTF exporter failed: {reason or 'no reason given'}.", f"Switch its add-on on and try File > Export > glTF. {ELSEWHERE}") from error
-        self._drop_empty(self.path.parent / TEXTURES)
+
+class SceneGltf:
+    """A glTF file that Blender's exporter wrote: where in it things are, and our mark on it."""
+
+    def __init__(self, path: Path):
+        self.path = Path(path)
+        self.document = json.loads(self.path.read_bytes())
         self._nodes = self.document.get("nodes", [])
         self._places = self._world_matrices()
 
@@ -61,9 +72,6 @@ class SceneGltf:
                 return next((child for child in inside if "camera" in self._nodes[child]), None)
         return None
 
-    def material_names(self) -> set[str]:
-        return {material.get("name", "") for material in self.document.get("materials", [])}
-
     def mark(self, nodes: list[int]) -> None:
         """Puts the vendor's extension into the document and its file: which node is which reflector's, by their order."""
         used = self.document.setdefault("extensionsUsed", [])
@@ -82,10 +90,11 @@ class SceneGltf:
             todo += [(child, found[node]) for child in self._nodes[node].get("children", ())]
         return found
 
-    @staticmethod
-    def _drop_empty(folder: Path) -> None:
-        if folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
+
+def _own_materials(scene: bpy.types.Scene) -> list[Change]:
+    """The artist's materials in place of those of *Use in Materials*, whose nodes only Blender draws."""
+    slots = [slot for obj in scene.objects if obj.library is None for slot in obj.material_slots]
+    return [(slot, "material", original_of(slot.material)) for slot in slots if original_of(slot.material) != slot.material]
 
 
 def matrix_of(node: dict) -> np.ndarray:

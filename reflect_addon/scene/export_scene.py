@@ -27,14 +27,12 @@ WANTED = ("radiance", "coverage")
 
 
 class SceneExport:
-    """One export in the making: what is written so far."""
+    """One export in the making, in the folder of its glTF: what is written so far."""
 
-    def __init__(self, scene: bpy.types.Scene, snapshot: SceneSnapshot, folder: Path):
-        self.folder, self.snapshot, self.sentences = Path(folder), snapshot, []
+    def __init__(self, snapshot: SceneSnapshot, gltf: SceneGltf):
+        self.folder, self.snapshot, self.gltf, self.sentences = gltf.path.parent, snapshot, gltf, []
         for name in (m.IMAGES, m.SHADERS):
             (self.folder / name).mkdir()
-        self.gltf = SceneGltf(scene, self.folder)
-        self._name = scene.name
         self._images: dict[str, m.Image] = {}
         self._shaders: dict[str, m.Shader] = {}
         self._assets: dict[str, dict] = {}
@@ -74,7 +72,7 @@ class SceneExport:
     def finish(self, reflectors: tuple[m.Reflector, ...], look: SceneLook, plan: Plan | None) -> m.Manifest:
         """Writes the manifest."""
         content = self.gltf.path.read_bytes()
-        scene = m.SceneFile(m.SCENE_NAME, self._name, len(content), hashlib.sha256(content).hexdigest())
+        scene = m.SceneFile(m.SCENE_NAME, self.snapshot.scene_name, len(content), hashlib.sha256(content).hexdigest())
         table = None
         if look.table is not None:
             unrolled = look.table.transpose(1, 0, 2, 3).reshape(TABLE_SIDE, TABLE_SIDE**2, 3)  # row = green, column = 64 blue + red

@@ -3,6 +3,7 @@
 The lines on its standard output (cli.py, --json-progress), one JSON object each:
     {"progress": 0.42, "message": "teapot: capturing"}      fraction of the whole bake, what it is doing
     {"done": ["/path/to/asset", ...]}                       the folders it wrote
+    {"said": ["...", ...]}                                  sentences that the user should read
     {"error": "...", "remedy": "..."}                       a ReflectError
 Everything else there is ignored (Blender and its add-ons print too); standard error is kept for the case of a crash.
 """
@@ -35,6 +36,7 @@ class BakeState:
     message: str = "Starting the bake worker"
     running: bool = True
     folders: tuple[str, ...] = ()  # the assets that were written, once it is done
+    said: tuple[str, ...] = ()  # sentences beside them
     error: ReflectError | None = None  # why it ended without being done; Cancelled when the user stopped it
     crashed: bool = False  # a signal ended it that nobody asked for
 
@@ -105,6 +107,7 @@ class Worker:
             fraction=1.0 if error is None else fraction,
             message="Done" if error is None else str(error),
             folders=tuple(map(str, folders)),
+            said=tuple(map(str, said)) if isinstance(said := self._reported.get("said"), list) else (),
             error=error,
             crashed=code < 0 and error is not None and not isinstance(error, Cancelled),
         )
@@ -157,7 +160,7 @@ class Worker:
             event = _event(line)
             if "progress" in event:
                 self._progress = (event["progress"], str(event.get("message", self._progress[1]))[:200])
-            self._reported.update({key: event[key] for key in ("done", "error", "remedy") if key in event})
+            self._reported.update({key: event[key] for key in ("done", "said", "error", "remedy") if key in event})
         stream.close()
 
     def _read_stderr(self, stream) -> None:

@@ -16,6 +16,7 @@ EXPORT_AGAIN = "Export it again."
 MAX_BYTES = 4 << 30  # of all images' texels together
 MAX_SHADER_BYTES, MAX_SCENE_BYTES = 4 << 20, 256 << 20
 MOST_FLOAT = 3.4e38
+DEFLATED = 1032  # bytes that deflate makes one of at most: a small file that declares a large picture is a trap
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,79}")
 _ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,79}-[0-9a-f]{%d}" % DIGITS)
 _SHADER_ID = re.compile(r"[0-9a-f]{%d}" % DIGITS)
@@ -101,6 +102,7 @@ def _image(field: str, key: str, image: Image) -> None:
     if image.kind == "bc1":
         _need(image.width % 4 == 0 and image.height % 4 == 0, field, "is no whole number of blocks")
         _need(image.bytes == body + 128, f"{field}.bytes", f"is not {body + 128}")
+    _need(body <= DEFLATED * image.bytes, f"{field}.bytes", "is too little for a picture of this size")
     _size(f"{field}.bytes", image.bytes, body + body // 64 + (1 << 16) + 16 * image.height)  # deflate may add a little, headers and offsets do
 
 

@@ -1,0 +1,82 @@
+"""Kernels as GLSL ES 3.00 in a context of their own against NumPy: random programs, every gathering method, and what surfaces make of a ray."""
+
+import numpy as np
+import pytest
+import random_kernels
+import tolerances
+from baked_methods import SETTINGS, bake_all, is_on_the_brink, rays_of_all_kinds, same_answer, scene_of_everything
+from gles_bench import Job, run_gles
+from mesh_scenes import job as bake_job
+from tolerances_nodes import KERNEL_BRINK_SHARE
+
+from reflect_addon.core import bc1, methods, shading
+from reflect_addon.core.asset import Asset
+from reflect_addon.core.kernel import ES_300, emit_glsl, emitted, evaluate, record, record_function, run_numpy
+from reflect_addon.core.rays import Answer, Rays
+
+pytest.importorskip("moderngl", reason="SKIPPED: no moderngl; ./dev installs it")
+COUNT, PROGRAMS = 20_000, 16
+
+
+def as_texture(image: np.ndarray) -> np.ndarray:
+    """An asset's image as a sampler reads it."""
+    if image.dtype != np.uint8:
+        return image
+    y, x = np.indices((image.shape[0] * bc1.SIDE, image.shape[1] * bc1.SIDE))
+    rgb = bc1.texels(image, x, y)
+    return np.concatenate([rgb, np.ones_like(rgb[..., :1])], -1).astype("f")
+
+
+def job_of(kernel, asset: Asset, inputs: dict[str, np.ndarray]) -> Job:
+    samplers = {sampler: as_texture(asset.images[name]) for name, sampler in kernel.images.items()}
+    return Job(kernel.source, inputs, kernel.outputs, samplers, kernel.pack_uniforms(asset).reshape(-1, 4) if kernel.block_name else None, kernel.function)
+
+
+def test_random_programs(rng, tmp_path):
+    made, given = random_kernels.asset(rng), random_kernels.inputs(rng, 4096)
+    programs = [random_kernels.random_program(seed, made) for seed in range(PROGRAMS)]
+    kernels = [emit_glsl(program, ("p", "q"), "answer", push_bytes=0, dialect=ES_300) for program in programs]
+    answers = run_gles([job_of(kernel, made, given) for kernel in kernels], tmp_path)
+    for seed, (program, got) in enumerate(zip(programs, answers)):
+        single, stable = random_kernels.yardstick(program, given, made)
+        for name in single:
+            share = random_kernels.disagreement(got[name], single[name], stable[name])
+            assert share <= KERNEL_BRINK_SHARE, f"program {seed}, output {name}"
+
+
+@pytest.fixture(scope="module")
+def assets():
+    scene = scene_of_everything()
+    found, method = bake_all(scene), methods.get("light_field")
+    found["light_field of blocks"] = method.bake(bake_job(scene, {**method.DEFAULTS, **SETTINGS, "compressed": True}, {}))
+    return found
+
+
+def test_every_gathering_method(assets, rng, tmp_path):
+    rays = rays_of_all_kinds(np.random.default_rng(11), COUNT)
+    width, spread = rng.uniform(0, 0.05, COUNT).astype("f"), rng.choice([0.0, 0.004, 0.05, 0.7], COUNT).astype("f")
+    inputs = {"origin": rays.origin, "direction": rays.direction, "width": width, "spread": spread}
+    wanted = ("radiance", "coverage", "position", "status")
+    kernels = {name: emitted(methods.get(asset.kind).trace, asset, wanted, ES_300) for name, asset in assets.items()}
+    answers = run_gles([job_of(kernel, assets[name], inputs) for name, kernel in kernels.items()], tmp_path)
+    bounds = tolerances.KERNEL_RADIANCE_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
+    for (name, asset), got in zip(assets.items(), answers):
+        found, program = Answer(*(got[field] for field in wanted)), record(methods.get(asset.kind).trace, asset)
+        assert all(np.isfinite(values).all() for values in got.values()), name
+        odd = np.flatnonzero(~same_answer(found, run_numpy(program, asset, rays, width, spread), rays.origin, *bounds))
+        assert len(odd) <= tolerances.RAYS_ON_BRINKS * COUNT, name
+        few, part = Rays(rays.origin[odd], rays.direction[odd]), Answer(*(got[field][odd] for field in wanted))
+        explained = is_on_the_brink(program, asset, few, width[odd], spread[odd], part, rng, tolerances.BRINK, *bounds)
+        assert explained.all(), f"{name}: {(~explained).sum()} of {len(odd)} rays are nowhere near an edge"
+
+
+def test_reflectance(rng, tmp_path):
+    kinds = shading.REFLECTANCE_INPUTS
+    given = {name: rng.random((4096, 3) if kind == "vec3" else 4096).astype("f") for name, kind in kinds.items()}
+    given["ior"] += 1.0
+    program = record_function(shading.reflectance, kinds, options={"has_metal": True, "has_dielectric": True})
+    kernel = emit_glsl(program, ("reflectance", "opacity"), "surface_reflectance", dialect=ES_300)
+    (got,) = run_gles([job_of(kernel, Asset("", "", {}), given)], tmp_path)
+    wanted = evaluate(program, given)
+    for name in ("reflectance", "opacity"):
+        np.testing.assert_allclose(got[name], wanted[name], rtol=tolerances.KERNEL_RADIANCE_RELATIVE, atol=1e-5)
