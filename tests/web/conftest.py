@@ -1,0 +1,35 @@
+"""An export of contact.blend, made once: small, with every method that gathers, and pictures of its camera."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from compared import reflector_pixels
+from node_package import chromium, need_packages
+
+from reflect_addon.core import methods as registry
+from reflect_addon.core.exchange.reading import read_export
+from reflect_addon.evaluation.export_file import Shot, write_export
+
+SIZE, SAMPLES, RESOLUTION = (320, 240), 4, 32
+BLEND = Path(__file__).resolve().parents[2] / "sample_blends" / "contact.blend"
+
+
+@dataclass(frozen=True)
+class Exported:
+    folder: Path
+    mask: np.ndarray  # reflectors' pixels
+    methods: tuple[str, ...]
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory, device) -> Exported:
+    need_packages()  # before minutes of baking
+    chromium()
+    folder = tmp_path_factory.mktemp("web") / "contact"
+    bpy.ops.wm.open_mainfile(filepath=str(BLEND))
+    methods = tuple(registry.gathering())
+    write_export(bpy.context.scene, methods, folder, shot=Shot(SIZE, samples=SAMPLES), settings={"resolution": RESOLUTION})
+    return Exported(folder, reflector_pixels(BLEND, read_export(folder)), methods)
