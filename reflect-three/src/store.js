@@ -27,6 +27,7 @@ export class Store {
     this.ended = new AbortController();
     this.waiting = [];
     this.running = 0;
+    this.decoded = Promise.resolve();
   }
 
   /** @returns {Promise<import("three").Texture>} */
@@ -36,7 +37,9 @@ export class Store {
       if (Math.max(image.width, image.height) > this.most) {
         throw new ReflectError(image.file, "width or height", `is more than the ${this.most} texels that this graphics card can hold`);
       }
-      return textureOf(await this.file(image, onBytes), image, this.compressed);
+      const bytes = await this.file(image, onBytes);
+      // Decoding holds the page up: one image at a time, and between them it may draw.
+      return this._decoding(() => textureOf(bytes, image, this.compressed));
     });
   }
 
@@ -92,6 +95,12 @@ export class Store {
       held.catch(() => this.held.get(sha256) === held && this.held.delete(sha256));
     }
     return held;
+  }
+
+  _decoding(work) {
+    const next = this.decoded.then(() => new Promise((go) => setTimeout(go))).then(work);
+    this.decoded = next.catch(() => {});
+    return next;
   }
 
   async _inTurn(work) {
