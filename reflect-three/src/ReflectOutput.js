@@ -27,6 +27,17 @@ export class ReflectOutput {
     this.renderer.setRenderTarget(null);
   }
 
+  /**
+   * Compiles what an object needs without drawing it, where the browser can beside the page: `reflections.use(method, {prepare: (o) => output.prepare(o, scene, camera)})`.
+   */
+  async prepare(object, scene, camera) {
+    // A program is compiled for the kind of target that it draws into.
+    this.renderer.setRenderTarget(this.target);
+    const compiled = this.renderer.compileAsync(object, camera, scene);
+    this.renderer.setRenderTarget(null);
+    await compiled;
+  }
+
   dispose() {
     this.target.dispose();
     this.look.dispose();

@@ -1,12 +1,20 @@
 /**
  * An opened export: its scene, the methods that it can show, and the one that it shows.
  */
+import { Group, Mesh } from "three";
 import { ReflectError } from "./ReflectError.js";
 import { backdrop, hiding, readBehind } from "./backplate.js";
 import { cameraOf, mirrorsOf } from "./gltf.js";
 import { LookPass } from "./look.js";
 import { Shared, reflectiveMaterial } from "./material.js";
 import { Store } from "./store.js";
+
+/** Meshes that are drawn nowhere, for a renderer to compile. */
+function likeness(materials) {
+  const group = new Group();
+  for (const [mesh, material] of materials) group.add(new Mesh(mesh.geometry, material));
+  return group;
+}
 
 /** What is shown while another method's images are on their way: a few kilobytes. */
 const FIRST = "environment";
@@ -44,6 +52,11 @@ export class Reflections {
     return [...new Set(this.manifest.reflectors.flatMap(({ methods }) => Object.keys(methods)))];
   }
 
+  /** @returns {import("three").Mesh[]} what mirrors */
+  get mirrors() {
+    return this._reflectors.flatMap(({ mirrors }) => mirrors.map(({ mesh }) => mesh));
+  }
+
   /** Bytes that showing a method takes: to download, what is here already included, and on the graphics card. */
   sizeOf(method) {
     const files = this._files(method);
@@ -62,10 +75,11 @@ export class Reflections {
   /**
    * Shows a method. What is seen stays until a reflector's own images are there; the environment comes first where nothing is shown yet.
    * @param {string | null} method null: three's own mirrors
-   * @param {{onProgress?: (progress: import("./ReflectLoader.js").Progress) => void}} [options]
+   * @param {{onProgress?: (progress: import("./ReflectLoader.js").Progress) => void, prepare?: (object: import("three").Object3D) => Promise<void>}} [options]
+   *   prepare: of what is shown next, before it is: ReflectOutput.prepare compiles its kernels while the page goes on
    * @returns {Promise<boolean>} false: another one was asked for meanwhile
    */
-  async use(method, { onProgress = this.onProgress } = {}) {
+  async use(method, { onProgress = this.onProgress, prepare = null } = {}) {
     const asked = ++this._asked;
     if (method === null) {
       for (const reflector of this._reflectors) this._wear(reflector, null);
@@ -74,9 +88,9 @@ export class Reflections {
     }
     if (!this.methods.includes(method)) throw new ReflectError("reflect.json", "reflectors", `have no method ${method}, only ${this.methods.join(", ")}`);
     if (this.shown === null && method !== FIRST && this.methods.includes(FIRST)) {
-      if (!(await this._show(FIRST, asked, onProgress))) return false;
+      if (!(await this._show(FIRST, asked, onProgress, prepare))) return false;
     }
-    return this._show(method, asked, onProgress);
+    return this._show(method, asked, onProgress, prepare);
   }
 
   /** Frees the images of methods that are not shown. They are fetched again when they are asked for. */
@@ -132,7 +146,7 @@ export class Reflections {
     this.scene.removeFromParent();
   }
 
-  async _show(method, asked, onProgress) {
+  async _show(method, asked, onProgress, prepare) {
     const files = this._files(method);
     const total = [...files.values()].reduce((sum, { bytes }) => sum + bytes, 0);
     let loaded = 0;
@@ -161,7 +175,10 @@ export class Reflections {
           textures: Object.fromEntries(names.map((name, i) => [name, textures[i]])),
           slots: answer.slots,
         };
-        this._wear(reflector, kernel);
+        const materials = this._tailored(reflector, kernel);
+        await prepare?.(likeness(materials));
+        if (asked === this._asked) this._wear(reflector, materials);
+        else for (const material of materials.values()) material.dispose();
       }),
     );
     if (asked !== this._asked) return false;
@@ -170,10 +187,15 @@ export class Reflections {
     return true;
   }
 
-  /** A reflector's meshes get the kernel's material, or their own. */
-  _wear(reflector, kernel) {
+  /** A kernel's material for each mesh of a reflector. */
+  _tailored({ mirrors }, kernel) {
+    return new Map(mirrors.map(({ mesh, entry }) => [mesh, reflectiveMaterial(this.ordinary.get(mesh), entry, kernel, this._shared, this.rays)]));
+  }
+
+  /** A reflector's meshes get these materials, or with null their own. */
+  _wear(reflector, materials) {
     const before = reflector.shown;
-    reflector.shown = kernel && new Map(reflector.mirrors.map(({ mesh, entry }) => [mesh, reflectiveMaterial(this.ordinary.get(mesh), entry, kernel, this._shared, this.rays)]));
+    reflector.shown = materials;
     for (const { mesh } of reflector.mirrors) mesh.material = this._materialOf(mesh);
     for (const material of before?.values() ?? []) material.dispose();
   }

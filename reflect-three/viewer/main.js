@@ -59,7 +59,7 @@ async function use(method) {
   tell(null);
   try {
     const own = reflections;
-    if (!(await own.use(method, { onProgress: progress })) || own !== reflections) return;
+    if (!(await own.use(method, { onProgress: progress, prepare: (object) => stage.output.prepare(object, stage.scene, stage.camera) })) || own !== reflections) return;
     at("memory").textContent = megabytes(own.sizeOf(method).memory);
     at("loading").hidden = true;
     at("tag-ours").textContent = words(method);

@@ -119,7 +119,7 @@ export class Stage {
 
   _mirrors(otherwise) {
     const box = new Box3();
-    for (const { mirrors } of this.reflections._reflectors) for (const { mesh } of mirrors) box.expandByObject(mesh);
+    for (const mesh of this.reflections.mirrors) box.expandByObject(mesh);
     return box.isEmpty() ? otherwise.clone() : box.getCenter(new Vector3());
   }
 

@@ -28,7 +28,13 @@ window.open_ = async (url, rays, pose = null) => {
 window.draw = async (method) => {
   const progress = [];
   const start = performance.now();
-  await reflections.use(method, { onProgress: (told) => progress.push(told) });
+  let compile = 0;
+  const prepare = async (object) => {
+    const began = performance.now();
+    await output.prepare(object, scene, camera);
+    compile = Math.max(compile, performance.now() - began);
+  };
+  await reflections.use(method, { onProgress: (told) => progress.push(told), prepare });
   const ready = performance.now();
   output.render(scene, camera);
   const gl = renderer.getContext();
@@ -42,7 +48,7 @@ window.draw = async (method) => {
   const frame = (performance.now() - first) / frames;
   let text = "";
   for (let i = 0; i < pixels.length; i += 4096) text += String.fromCharCode(...pixels.subarray(i, i + 4096));
-  return { pixels: btoa(text), load: ready - start, first: first - ready, frame, error: gl.getError(), shown: reflections.shown, progress, size: reflections.sizeOf(method) };
+  return { pixels: btoa(text), load: ready - start - compile, compile, first: first - ready, frame, error: gl.getError(), shown: reflections.shown, progress, size: reflections.sizeOf(method) };
 };
 
 window.forget = async () => {
