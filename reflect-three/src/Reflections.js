@@ -5,6 +5,7 @@ import { Group, Mesh } from "three";
 import { ReflectError } from "./ReflectError.js";
 import { backdrop, hiding, readBehind } from "./backplate.js";
 import { cameraOf, mirrorsOf } from "./gltf.js";
+import { PICTURE_BYTES } from "./limits.js";
 import { LookPass } from "./look.js";
 import { Shared, reflectiveMaterial } from "./material.js";
 import { Store } from "./store.js";
@@ -114,7 +115,7 @@ export class Reflections {
 
   /** A file of `pictures`, for an <img>. @returns {Promise<Blob>} */
   async pictureFile(name) {
-    return new Blob([await this.source.read(name, 2 ** 28, false)], { type: "image/png" });
+    return new Blob([await this.source.read(name, PICTURE_BYTES, false)], { type: "image/png" });
   }
 
   /**

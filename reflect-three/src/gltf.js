@@ -4,7 +4,7 @@
 import { LoadingManager } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { ReflectError } from "./ReflectError.js";
-import { FILE_BYTES } from "./limits.js";
+import { BUFFER_BYTES, EMPTY_VALUES, PICTURE_BYTES, VALUES } from "./limits.js";
 
 // The folder is where Blender's exporter puts pictures.
 const PLAIN = /^(?:textures\/)?(?!\.)[^/\\:?#\u0000-\u001f]{1,255}$/;
@@ -20,9 +20,10 @@ export async function loadScene(bytes, file, source, onBytes) {
   const urls = new Map();
   try {
     // Buffers and pictures are read here and handed over as blobs, so that GLTFLoader itself fetches nothing.
-    for (const [field, uri] of outside(json)) {
+    checkCounts(json, file);
+    for (const { field, uri, most } of outside(json, file)) {
       const name = nameOf(uri, file, field);
-      if (!urls.has(uri)) urls.set(uri, URL.createObjectURL(new Blob([await source.read(name, FILE_BYTES, false, onBytes)])));
+      if (!urls.has(uri)) urls.set(uri, URL.createObjectURL(new Blob([await source.read(name, most, false, onBytes)])));
     }
     const manager = new LoadingManager();
     manager.setURLModifier((url) => {
@@ -51,11 +52,24 @@ function documentOf(bytes, file) {
   }
 }
 
-function* outside(json) {
+/** The files that a glTF names: buffers are as long as it says, pictures as long as pictures may be. */
+function* outside(json, file) {
   for (const table of ["buffers", "images"]) {
-    for (const [i, { uri }] of (Array.isArray(json[table]) ? json[table] : []).entries()) {
-      if (uri !== undefined && !/^data:/i.test(String(uri))) yield [`${table}[${i}].uri`, String(uri)];
+    for (const [i, value] of (Array.isArray(json[table]) ? json[table] : []).entries()) {
+      const field = `${table}[${i}]`;
+      const most = table === "buffers" ? value?.byteLength : PICTURE_BYTES;
+      if (!(Number.isSafeInteger(most) && most > 0 && most <= BUFFER_BYTES)) throw new ReflectError(file, `${field}.byteLength`, `is not between 1 and ${BUFFER_BYTES}`);
+      const { uri } = value;
+      if (uri !== undefined && !/^data:/i.test(String(uri))) yield { field: `${field}.uri`, uri: String(uri), most };
     }
+  }
+}
+
+/** Three takes memory for as many values as an accessor counts, whether a buffer has them or not. */
+function checkCounts(json, file) {
+  for (const [i, accessor] of (Array.isArray(json.accessors) ? json.accessors : []).entries()) {
+    const most = accessor?.bufferView === undefined ? EMPTY_VALUES : VALUES;
+    if (!(Number.isSafeInteger(accessor?.count) && accessor.count > 0 && accessor.count <= most)) throw new ReflectError(file, `accessors[${i}].count`, `is not between 1 and ${most}`);
   }
 }
 
