@@ -1,4 +1,4 @@
-"""An export of contact.blend, made once: small, with every method that gathers, and pictures of its camera."""
+"""Exports of contact.blend, made once: small, with every method that gathers, and pictures of its camera."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,12 +24,20 @@ class Exported:
     methods: tuple[str, ...]
 
 
-@pytest.fixture(scope="session")
-def exported(tmp_path_factory, device) -> Exported:
+def _exported(folder: Path, methods: tuple[str, ...], size: tuple[int, int], **settings) -> Exported:
     need_packages()  # before minutes of baking
     chromium()
-    folder = tmp_path_factory.mktemp("web") / "contact"
     bpy.ops.wm.open_mainfile(filepath=str(BLEND))
-    methods = tuple(registry.gathering())
-    write_export(bpy.context.scene, methods, folder, shot=Shot(SIZE, samples=SAMPLES), settings={"resolution": RESOLUTION})
+    write_export(bpy.context.scene, methods, folder, shot=Shot(size, samples=SAMPLES), settings={"resolution": RESOLUTION, **settings})
     return Exported(folder, reflector_pixels(BLEND, read_export(folder)), methods)
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory, device) -> Exported:
+    return _exported(tmp_path_factory.mktemp("web") / "contact", tuple(registry.gathering()), SIZE)
+
+
+@pytest.fixture(scope="session")
+def compressed(tmp_path_factory, device) -> Exported:
+    """A light field alone, in blocks."""
+    return _exported(tmp_path_factory.mktemp("blocks") / "contact", ("light_field",), SIZE, compressed=True, views=4, view_texels=32)

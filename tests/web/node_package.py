@@ -69,9 +69,9 @@ def chromium() -> str:
     return found
 
 
-def drawn(export: Path, out: Path, methods: tuple[str, ...], *, pose: dict | None = None) -> dict:
-    """What reflect-three/test/web/draw.js says of an export's first picture; the pictures lie in `out`."""
+def drawn(export: Path, out: Path, methods: tuple[str, ...], *, pose: dict | None = None, plain: bool = False) -> dict:
+    """What reflect-three/test/web/draw.js says of an export's first picture; the pictures lie in `out`. pose: of the whole scene; plain: no DXT1 on the card."""
     need_packages()
     chromium()
-    node("test/web/draw.js", export, out, ",".join(methods), "--pose", json.dumps(pose))
+    node("test/web/draw.js", export, out, ",".join(methods), "--pose", json.dumps(pose), *(["--plain"] if plain else []))
     return json.loads((out / "drawn.json").read_text())

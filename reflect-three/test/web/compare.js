@@ -5,10 +5,10 @@ const canvas = document.querySelector("canvas");
 let renderer, scene, reflections, output, camera;
 
 /** @returns {Promise<object>} what is there and how long opening took */
-window.open_ = async (url, rays, pose = null) => {
+window.open_ = async (url, rays, pose, plain) => {
   renderer ??= new WebGLRenderer({ canvas, preserveDrawingBuffer: true });
   const start = performance.now();
-  reflections = await new ReflectLoader(renderer).load(url, { rays });
+  reflections = await new ReflectLoader(plain ? null : renderer).load(url, { rays });
   const opened = performance.now() - start;
   const picture = reflections.manifest.pictures[0];
   renderer.setPixelRatio(1);
@@ -51,8 +51,20 @@ window.draw = async (method) => {
   return { pixels: btoa(text), load: ready - start - compile, compile, first: first - ready, frame, error: gl.getError(), shown: reflections.shown, progress, size: reflections.sizeOf(method) };
 };
 
-window.forget = async () => {
+/** A life: two methods asked for at once, three's own mirrors, all freed. What is left of it on the card, and what `use` said. */
+window.live = async (first, second) => {
+  const answers = await Promise.all([reflections.use(first), reflections.use(second)]);
+  const { shown } = reflections;
+  output.render(scene, camera);
+  const most = renderer.info.memory.textures;
+  await reflections.release();
+  output.render(scene, camera);
+  await reflections.use(null);
+  await reflections.showBehind(null);
+  const ordinary = [...reflections.ordinary].every(([mesh, material]) => mesh.material === material);
+  output.render(scene, camera);
   await reflections.dispose();
   output.dispose();
+  return { answers, shown, most, ordinary, left: { ...renderer.info.memory }, error: renderer.getContext().getError() };
 };
 window.ready = true;
