@@ -107,7 +107,7 @@ def parser() -> argparse.ArgumentParser:
     native.add_argument("--unpacked", action="store_true", help="images beside the new file, not in it")
     native.add_argument("--out", type=_blend, required=True, metavar="NEW.blend")
 
-    export = _verb(verbs, "export", "glTF with the baked stand-ins beside it, for programs other than Blender")
+    export = _verb(verbs, "export", "the scene and its baked stand-ins as a folder that other programs can show")
     export.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the export; an earlier export there is replaced")
     export.add_argument("--methods", metavar="A,B", help="methods, baked where they are missing or stale; default: all that are baked")
     export.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")

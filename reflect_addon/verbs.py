@@ -92,6 +92,8 @@ def export(arguments) -> None:
     settings = _given(arguments, wanted or (registry.AUTO,))
     if arguments.camera and not arguments.size:
         raise ReflectError("A camera was named, but no size of its pictures.", "Add --size, for example --size 640x480.")
+    if settings and not wanted:
+        raise ReflectError("Settings of a bake were given, but no methods.", "Name them with --methods, or leave --set and --resolution out.")
     shot = Shot(arguments.size, arguments.camera, arguments.samples) if arguments.size else None
     say = (_json_progress if arguments.json_progress else _progress)(arguments)
     said = write_export(_scene(arguments), wanted, arguments.out, shot=shot, assets=arguments.assets, settings=settings, progress=say)

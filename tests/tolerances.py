@@ -383,3 +383,8 @@ WEB_FLIP = 0.05
 WEB_BESIDE = 0.005
 # The same scene moved, turned and made larger as a whole: the browser's own picture again, but for numbers rounded elsewhere (0.0004 measured).
 WEB_MOVED = 0.005
+
+# An export's look table holds half floats: half a unit in the last place of numbers below 1.
+EXPORT_LOOK = 2.0**-12
+# Share of rays that meet an edge of a map of 8 texels a side, where two programs' roundings pick different texels (found: none).
+EXPORT_COARSE_BRINKS = 5e-4

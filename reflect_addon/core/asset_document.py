@@ -14,6 +14,8 @@ from .errors import ReflectError
 
 MAX_SIDE = 16384  # texels: the largest texture that Blender's OpenGL promises here
 
+MOST_DEEP = 32  # lists and tables in those of a setting: JSON may hold more than Python's own calls can follow
+
 BAKE_AGAIN = "Bake it again."
 IMAGE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}_(?:%s)" % "|".join(KINDS))
 FILE_NAME = re.compile(IMAGE_NAME.pattern + r"-[0-9a-f]{12}\.(?:npy|dds)")
@@ -85,6 +87,10 @@ def checked_fields(path: Path, document: dict) -> dict:
         raise corrupt(path, "its items do not say what it was made from")
     if not _is_named(balls, _is_ball):
         raise corrupt(path, "its balls do not say where things were")
+    try:
+        settings = {key: _tuples(value) for key, value in settings.items()}
+    except RecursionError as error:
+        raise corrupt(path, "its settings are nested too deeply") from error
     return {
         **strings,
         "light_hash": light_hash,
@@ -93,7 +99,7 @@ def checked_fields(path: Path, document: dict) -> dict:
         "parts": tuple(Part(**{**p, "world_from_object": tuple(map(float, p["world_from_object"]))}) for p in parts),
         "uniforms": {k: tuple(map(float, v)) if isinstance(v, list) else float(v) for k, v in uniforms.items()},
         "options": options,
-        "settings": {key: _tuples(value) for key, value in settings.items()},
+        "settings": settings,
         "requires": tuple(requires),
         "bake_seconds": float(seconds),
     }
@@ -158,8 +164,12 @@ def _is_number(value) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and -3.4e38 <= value <= 3.4e38
 
 
-def _tuples(value):
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+def _tuples(value, deep: int = 0):
+    if deep > MOST_DEEP:
+        raise RecursionError
+    if isinstance(value, dict):
+        return {key: _tuples(item, deep + 1) for key, item in value.items()}
+    return tuple(_tuples(item, deep + 1) for item in value) if isinstance(value, list) else value
 
 
 def corrupt(path: Path, why: str) -> ReflectError:

@@ -21,6 +21,7 @@ from .restore import Change, attributes
 TEXTURES = "textures"  # folder of the glTF's own images
 # gltf = GLTF_FROM_BLENDER blender: z up becomes y up.
 GLTF_FROM_BLENDER = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], np.float64)
+OF_NODES = "GN Instance"  # what the exporter calls instances of geometry nodes, whatever they are
 APART = 1e-3  # of a matrix's largest number: float32, and parents' transforms multiplied
 
 SETTINGS = {
@@ -60,9 +61,15 @@ class SceneGltf:
         """The node of an object's mesh that stands there (Blender's world), not among `taken`; None where the exporter wrote none."""
         wanted = GLTF_FROM_BLENDER @ world_from_object @ GLTF_FROM_BLENDER.T
         within = APART * max(np.abs(wanted).max(), 1e-6)
-        found = [(np.abs(self._places[k] - wanted).max(), k) for k in self._places if k not in taken and "mesh" in self._nodes[k] and self._nodes[k].get("name") == name]
-        apart, node = min(found, default=(np.inf, None))
-        return node if apart <= within else None
+        for called in (name, OF_NODES):
+            found = [(np.abs(self._places[k] - wanted).max(), k) for k in self._places if k not in taken and self._is_mesh(k, called)]
+            apart, node = min(found, default=(np.inf, None))
+            if apart <= within:
+                return node
+        return None
+
+    def _is_mesh(self, node: int, name: str) -> bool:
+        return "mesh" in self._nodes[node] and self._nodes[node].get("name") == name
 
     def camera_node(self, name: str) -> int | None:
         """The node of a camera object's camera: its own, or that of a child that the exporter made to turn it."""

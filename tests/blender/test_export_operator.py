@@ -33,12 +33,11 @@ def test_it_asks_for_a_bake_first(saved):
 
 def test_a_worker_writes_the_folder(saved, tmp_path):
     save_assets(bpy.context.scene)
-    bpy.data.objects["Ball"].name = "Ball"  # the file is not saved again: the worker has a copy of what is open
     before = saved.read_bytes()
     assert bpy.ops.reflect.export(directory=str(tmp_path)) == {"FINISHED"}
     (out,) = set(tmp_path.iterdir()) - {saved.parent}
     assert set(read_export(out).manifest.reflectors[0].methods) == {"environment", "box_proxy"} and saved.read_bytes() == before
-    assert bpy.ops.reflect.export(directory=str(out)) == {"FINISHED"}, "an earlier export is replaced"
+    assert folder_in(out, bpy.context.scene) == out, "an earlier export is replaced"
     assert set(os.listdir(tmp_path)) == {"file", out.name} and export._running is None
 
 

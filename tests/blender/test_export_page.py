@@ -82,12 +82,12 @@ def test_answers_are_those_of_the_assets(page, rng, tmp_path):
         for field in ("radiance", "coverage"):
             want = getattr(wanted, field)
             off = np.abs(got[field] - want) > tolerances.KERNEL_RADIANCE_RELATIVE * np.maximum(np.abs(want), 1e-3)
-            assert off.reshape(COUNT, -1).any(1).mean() <= 5e-3, (method, field)  # brinks of coarse maps
+            assert off.reshape(COUNT, -1).any(1).mean() <= tolerances.EXPORT_COARSE_BRINKS, (method, field)
 
 
 def test_the_look_is_the_scenes(page, rng):
     radiance = np.exp2(rng.uniform(-12, 8, (500, 3)))
-    np.testing.assert_allclose(page.shown(radiance), look().apply(radiance), atol=2**-11)  # a half float's rounding below 1
+    np.testing.assert_allclose(page.shown(radiance), look().apply(radiance), atol=tolerances.EXPORT_LOOK)
 
 
 def test_nodes_stand_where_reflectors_stand(page):

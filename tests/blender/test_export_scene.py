@@ -72,13 +72,21 @@ def test_there_and_back(saved, tmp_path, capfd):
 
 
 def test_the_scene_stays_as_it_is(saved, tmp_path):
+    kinds = ("objects", "scenes", "collections", "materials", "images", "cameras", "lights")
+    before, meshes = dump(kinds), len(bpy.data.meshes)
+    write_export(bpy.context.scene, (), tmp_path / "out")
+    assert dump(kinds) == before and len(bpy.data.meshes) == meshes
+
+
+def test_materials_are_the_artists_own(saved, tmp_path):
+    """Not what *Use in Materials* made of them, which shows them again afterwards."""
     scene = bpy.context.scene
     with object_properties():
         apply(scene)
-        before = dump()
+        before = [slot.material.name for slot in bpy.data.objects["Ball"].material_slots]
         write_export(scene, (), tmp_path / "out")
-        assert dump() == before
-    assert {m["name"] for m in json.loads((tmp_path / "out" / "scene.gltf").read_text())["materials"]} == {"Metal"}, "the artist's own, not what the add-on made of it"
+        assert [slot.material.name for slot in bpy.data.objects["Ball"].material_slots] == before == ["Metal · Reflect"]
+    assert {m["name"] for m in json.loads((tmp_path / "out" / "scene.gltf").read_text())["materials"]} == {"Metal"}
 
 
 def test_an_export_replaces_an_export_and_nothing_else(saved, tmp_path, capfd):
@@ -124,6 +132,7 @@ def test_what_cannot_be_exported_is_said(saved, tmp_path, capfd):
         (("--methods", "nothing"), "no method named 'nothing'"),
         (("--methods", "depth_maps", "--assets", tmp_path), "has no depth_maps asset"),
         (("--assets", tmp_path), "Nothing is baked"),
+        (("--resolution", "16"), "but no methods"),
         (("--camera", "Eye"), "no size of its pictures"),
         (("--size", "8x8", "--camera", "Ball"), "no camera named 'Ball'"),
     ):
@@ -161,8 +170,24 @@ def test_a_plan_goes_there_and_back(saved, tmp_path, capfd):
     assert drawn.read_bytes() == (out / manifest.pictures[0].methods["auto"]).read_bytes()
 
 
+def on_points(thing: bpy.types.Object) -> bpy.types.Object:
+    """A plane whose geometry nodes put the thing on its corners."""
+    bpy.ops.mesh.primitive_plane_add(location=(0, -8, 0))
+    plane, tree = bpy.context.object, bpy.data.node_groups.new("Points", "GeometryNodeTree")
+    for in_out in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+    given, result, put, info = (tree.nodes.new(k) for k in ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeInstanceOnPoints", "GeometryNodeObjectInfo"))
+    info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = thing, True
+    tree.links.new(given.outputs[0], put.inputs["Points"])
+    tree.links.new(info.outputs["Geometry"], put.inputs["Instance"])
+    tree.links.new(put.outputs[0], result.inputs[0])
+    plane.modifiers.new("Points", "NODES").node_group = tree
+    return plane
+
+
 def test_reflectors_are_found_in_the_gltf(fresh_file, tmp_path):
-    """Shared meshes, several slots, a curve, a child of something turned and scaled, a collection shown twice: each has its own node where it stands."""
+    """Shared meshes, several slots, a curve, a child of something turned and scaled, one inside out, a collection shown twice, geometry nodes: each has its own
+    node where it stands."""
     everything()
     scene, metal = bpy.context.scene, bpy.data.materials["Metal"]
     parent = bpy.data.objects.new("Parent", None)
@@ -180,6 +205,9 @@ def test_reflectors_are_found_in_the_gltf(fresh_file, tmp_path):
         shown = bpy.data.objects.new("Shown", None)
         scene.collection.objects.link(shown)
         shown.instance_type, shown.instance_collection, shown.location, shown.rotation_euler = "COLLECTION", inside, (x, 0, 0), (0, 0, x)
+    inverse = ball("Inverse", mesh=bpy.data.objects["One"].data, at=(0, 0, 5))
+    inverse.scale, inverse.rotation_euler = (-1, 1, 2), (0.1, 0.2, 0.3)
+    on_points(ball("Dot", metal, at=(0, 0, 9)))
     hidden = ball("Hidden", metal, at=(9, 0, 0))
     hidden.hide_render = True
     snapshot = snapshot_of(scene)
@@ -188,7 +216,7 @@ def test_reflectors_are_found_in_the_gltf(fresh_file, tmp_path):
     with open_frame(scene, None):
         gltf = export_gltf(scene, tmp_path)
     names, taken = {r.name for r in snapshot.reflectors()}, set()
-    assert {"One", "Twin", "Own", "Many", "Child", "Ring", "Inside/1", "Inside/2"} <= names and "Hidden" not in names
+    assert {"One", "Twin", "Own", "Many", "Child", "Ring", "Inside/1", "Inside/2", "Inverse", "Dot", "Dot/4"} <= names and "Hidden" not in names
     for reflector in snapshot.reflectors():
         node = gltf.mesh_node(reflector.object_name, reflector.world_from_object, taken)
         assert node is not None, reflector.name

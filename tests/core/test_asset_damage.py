@@ -43,6 +43,8 @@ WRONG = {
     "empty json": (lambda f: (f / "asset.json").write_text(""), "not valid JSON"),
     "binary json": (lambda f: (f / "asset.json").write_bytes(b"\xff\x00" * 50), "not valid JSON"),
     "deep json": (lambda f: (f / "asset.json").write_text("[" * 100000), "not valid JSON"),
+    "deep settings": (lambda f: edit(f, lambda d: d["settings"].update(sizes=json.loads("[" * 400 + "]" * 400))), "too deeply"),
+    "deep tables": (lambda f: edit(f, lambda d: d["settings"].update(a=json.loads('{"a":' * 400 + "1" + "}" * 400))), "too deeply"),
     "huge number": (lambda f: (f / "asset.json").write_text('{"format": ' + "9" * 9000 + "}"), "not valid JSON"),
     "huge json": (lambda f: os.truncate(f / "asset.json", 5 << 20), "too large"),
     "foreign json": (lambda f: (f / "asset.json").write_text('{"asset": {"version": "2.0"}}'), "not a Reflect asset"),

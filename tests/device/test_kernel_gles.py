@@ -15,7 +15,7 @@ from reflect_addon.core.kernel import ES_300, emit_glsl, emitted, evaluate, reco
 from reflect_addon.core.rays import Answer, Rays
 
 pytest.importorskip("moderngl", reason="SKIPPED: no moderngl; ./dev installs it")
-COUNT, PROGRAMS = 20_000, 16
+COUNT, PROGRAMS = 20_000, 10
 
 
 def as_texture(image: np.ndarray) -> np.ndarray:
