@@ -24,7 +24,7 @@ export class Reflections {
   /** Use ReflectLoader.load. */
   static async of(gltf, manifest, source, options) {
     const reflectors = [];
-    for (const entry of manifest.reflectors) reflectors.push({ entry, mirrors: await mirrorsOf(gltf, entry, manifest), shown: null });
+    for (const [i, entry] of manifest.reflectors.entries()) reflectors.push({ entry, mirrors: await mirrorsOf(gltf, i, manifest), shown: null });
     return new Reflections(gltf, manifest, source, reflectors, options);
   }
 
@@ -108,9 +108,9 @@ export class Reflections {
     return new LookPass(exposure, table === null ? null : await this._store.image(table));
   }
 
-  /** @returns {Promise<import("three").Camera | null>} the camera of a picture, as glTF has it */
+  /** @returns {Promise<import("three").Camera | null>} the camera of a picture */
   cameraOf(picture) {
-    return cameraOf(this.gltf, picture.node);
+    return cameraOf(this.gltf, picture);
   }
 
   /** A file of `pictures`, for an <img>. @returns {Promise<Blob>} */

@@ -19,6 +19,13 @@ export function object(value, field) {
   return value;
 }
 
+/** An object with exactly these fields. */
+export function record(value, field, names) {
+  for (const key of Object.keys(object(value, field))) if (!names.includes(key)) refuse(field, `has a field "${key.slice(0, 40)}" that no manifest has`);
+  for (const name of names) if (!Object.hasOwn(value, name)) refuse(field, `has no field ${name}`);
+  return value;
+}
+
 export function list(value, field, length = null) {
   if (!Array.isArray(value)) refuse(field, "is not a list");
   if (value.length > ENTRIES) refuse(field, `has more than ${ENTRIES} entries`);
@@ -74,6 +81,11 @@ export function fileName(value, field, folder, endings) {
     refuse(field, `is "${value.slice(0, 60)}", which is no plain name ${folder ? `in ${folder}/` : "in the export"} that ends with ${endings.join(" or ")}`);
   }
   return value;
+}
+
+/** An id is the name of its file without folder and ending. */
+export function idOf(id, file, field) {
+  if (file.slice(file.lastIndexOf("/") + 1, file.lastIndexOf(".")) !== id) refuse(field, "is not named as its file is");
 }
 
 /** The checksum of a file; a name that holds its beginning must be that file's. */

@@ -2,10 +2,21 @@
  * The manifest of an export, `reflect.json`, before anything of it is believed: structure, names, sizes, indices, numbers and how much memory it would take.
  * Nothing is read, evaluated or allocated here, and nothing of three is needed. docs/export-format.md is the contract.
  */
-import { MANIFEST, allFinite, entry, fileName, list, number, object, refuse, sha256, text, whole } from "./check.js";
+import { MANIFEST, allFinite, entry, fileName, idOf, list, number, object, record, refuse, sha256, text, whole } from "./check.js";
 import { ReflectError } from "./ReflectError.js";
-import { FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, SHADER_BYTES, SIDE, SLOTS } from "./limits.js";
+import { DEFLATE, FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, SHADER_BYTES, SIDE, SLOTS } from "./limits.js";
 
+/** Within format 1 there are these fields and no others. */
+const FIELDS = {
+  manifest: ["what", "format", "generator", "scene", "look", "images", "shaders", "assets", "materials", "reflectance", "reflectors", "pictures", "plan"],
+  scene: ["file", "name", "bytes", "sha256"],
+  image: ["file", "kind", "width", "height", "bytes", "sha256"],
+  shader: ["file", "bytes", "sha256"],
+  material: ["name", "base_color", "metallic", "specular_tint", "ior", "weight", "roughness"],
+  reflector: ["name", "node", "materials", "methods"],
+  method: ["kind", "assets", "shader", "samplers", "slots", "bytes"],
+  picture: ["camera", "node", "width", "height", "behind", "truth", "methods"],
+};
 const SAMPLER = /^[A-Za-z][A-Za-z0-9_]{0,63}$/;
 
 /**
@@ -44,11 +55,12 @@ export function checkManifest(value) {
   if (manifest.what !== "reflect export") refuse("what", 'is not "reflect export"');
   whole(manifest.format, "format", 1, Number.MAX_SAFE_INTEGER);
   if (manifest.format > FORMAT) refuse("format", `is ${manifest.format}, and this loader knows ${FORMAT}`);
+  record(manifest, "the whole", FIELDS.manifest);
   allFinite(manifest);
-  checkScene(object(manifest.scene, "scene"));
+  checkScene(record(manifest.scene, "scene", FIELDS.scene));
   checkImages(object(manifest.images, "images"));
   checkShaders(object(manifest.shaders, "shaders"));
-  checkLook(object(manifest.look, "look"), manifest);
+  checkLook(record(manifest.look, "look", ["exposure", "table"]), manifest);
   checkAssets(object(manifest.assets, "assets"), manifest);
   list(manifest.materials, "materials").forEach(checkMaterial);
   entry(manifest.shaders, manifest.reflectance, "reflectance");
@@ -67,16 +79,18 @@ function checkImages(images) {
   let total = 0;
   for (const [id, image] of Object.entries(images)) {
     const field = `images.${id}`;
-    object(image, field);
+    record(image, field, FIELDS.image);
     if (!Object.hasOwn(KINDS, text(image.kind, `${field}.kind`))) refuse(`${field}.kind`, `is none of ${Object.keys(KINDS).join(", ")}`);
     const kind = KINDS[image.kind];
     fileName(image.file, `${field}.file`, "images", [kind.exr ? ".exr" : ".dds"]);
+    idOf(id, image.file, `${field}.file`);
     whole(image.width, `${field}.width`, 1, SIDE);
     whole(image.height, `${field}.height`, 1, SIDE);
     if (!kind.exr && (image.width % 4 || image.height % 4)) refuse(`${field}.width or height`, "is no multiple of 4, as blocks are");
     whole(image.bytes, `${field}.bytes`, 1, FILE_BYTES);
     const texels = (image.width * image.height * kind.bits) / 8;
-    // A table of zeros packs well, but not for ever: a compressed file is never much larger than its texels.
+    if (texels > DEFLATE * image.bytes) refuse(`${field}.bytes`, "are fewer than any compression makes of its texels");
+    // A compressed file is never much larger than its texels.
     if (image.bytes > 2 * texels + 2 ** 20) refuse(`${field}.bytes`, `is ${image.bytes}, more than its texels need`);
     sha256(image.sha256, `${field}.sha256`, image.file);
     total += texels;
@@ -86,8 +100,9 @@ function checkImages(images) {
 
 function checkShaders(shaders) {
   for (const [id, shader] of Object.entries(shaders)) {
-    object(shader, `shaders.${id}`);
+    record(shader, `shaders.${id}`, FIELDS.shader);
     fileName(shader.file, `shaders.${id}.file`, "shaders", [".glsl"]);
+    idOf(id, shader.file, `shaders.${id}.file`);
     whole(shader.bytes, `shaders.${id}.bytes`, 1, SHADER_BYTES);
     sha256(shader.sha256, `shaders.${id}.sha256`, shader.file);
   }
@@ -111,7 +126,7 @@ function checkAssets(assets, { images }) {
 
 function checkMaterial(material, i) {
   const field = `materials[${i}]`;
-  object(material, field);
+  record(material, field, FIELDS.material);
   text(material.name, `${field}.name`);
   for (const colour of ["base_color", "specular_tint"]) {
     list(material[colour], `${field}.${colour}`, 3).forEach((x, c) => number(x, `${field}.${colour}[${c}]`, 0, 1e6));
@@ -123,7 +138,7 @@ function checkMaterial(material, i) {
 }
 
 function checkReflector(reflector, field, manifest) {
-  text(object(reflector, field).name, `${field}.name`);
+  text(record(reflector, field, FIELDS.reflector).name, `${field}.name`);
   whole(reflector.node, `${field}.node`, 0, 1e7);
   for (const [i, index] of list(reflector.materials, `${field}.materials`).entries()) {
     whole(index, `${field}.materials[${i}]`, 0, manifest.materials.length - 1);
@@ -134,7 +149,7 @@ function checkReflector(reflector, field, manifest) {
 }
 
 function checkMethod(method, field, { assets, shaders, images }) {
-  text(object(method, field).kind, `${field}.kind`);
+  text(record(method, field, FIELDS.method).kind, `${field}.kind`);
   list(method.assets, `${field}.assets`).forEach((id, i) => entry(assets, id, `${field}.assets[${i}]`));
   entry(shaders, method.shader, `${field}.shader`);
   for (const [name, image] of Object.entries(object(method.samplers, `${field}.samplers`))) {
@@ -150,7 +165,7 @@ function checkMethod(method, field, { assets, shaders, images }) {
 }
 
 function checkPicture(picture, field) {
-  text(object(picture, field).camera, `${field}.camera`);
+  text(record(picture, field, FIELDS.picture).camera, `${field}.camera`);
   whole(picture.node, `${field}.node`, 0, 1e7);
   whole(picture.width, `${field}.width`, 1, SIDE);
   whole(picture.height, `${field}.height`, 1, SIDE);

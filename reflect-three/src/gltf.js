@@ -88,16 +88,20 @@ function nameOf(uri, file, field) {
  * The meshes of a reflector that mirror, each with its material of the manifest.
  * @returns {Promise<{mesh: import("three").Mesh, entry: import("./checkManifest.js").MaterialEntry}[]>}
  */
-export async function mirrorsOf(gltf, reflector, manifest) {
+export async function mirrorsOf(gltf, index, manifest) {
   const { parser } = gltf;
-  const node = await nodeOf(gltf, reflector.node, `reflectors' ${reflector.name}`);
+  const reflector = manifest.reflectors[index];
+  const node = await nodeOf(gltf, reflector.node, `reflectors[${index}]`);
+  if (parser.json.nodes[reflector.node].extensions?.REFLECT_reflections?.reflector !== index) {
+    throw new ReflectError("reflect.json", `reflectors[${index}].node`, "is a node that does not name this reflector back");
+  }
   const entries = new Map(reflector.materials.map((i) => [manifest.materials[i].name, manifest.materials[i]]));
   // A mesh of several materials is a group; other children are nodes of their own.
   const meshes = [node, ...node.children].filter((object) => object.isMesh && (object === node || parser.associations.get(object)?.nodes === undefined));
   const found = [];
   for (const mesh of meshes) {
-    const index = parser.associations.get(mesh.material)?.materials;
-    const entry = entries.get(index === undefined ? mesh.material.name : parser.json.materials[index].name);
+    const material = parser.associations.get(mesh.material)?.materials;
+    const entry = entries.get(material === undefined ? mesh.material.name : parser.json.materials[material].name);
     if (entry) found.push({ mesh, entry });
   }
   return found;
@@ -109,9 +113,19 @@ export async function nodeOf(gltf, index, field) {
   return gltf.parser.getDependency("node", index);
 }
 
-/** @returns {Promise<import("three").Camera | null>} the camera of a node */
-export async function cameraOf(gltf, index) {
+/**
+ * The camera of a picture, with the picture's shape: a glTF camera has the shape of Blender's render settings. The angle is that of the longer side, as
+ * cameras of Blender have it unless their sensor is fitted otherwise.
+ * @returns {Promise<import("three").Camera | null>}
+ */
+export async function cameraOf(gltf, { node, width, height }) {
   let found = null;
-  (await nodeOf(gltf, index, "pictures'")).traverse((object) => (found ??= object.isCamera ? object : null));
+  (await nodeOf(gltf, node, "pictures'")).traverse((object) => (found ??= object.isCamera ? object : null));
+  if (found?.isPerspectiveCamera) {
+    const longer = Math.tan((found.fov * Math.PI) / 360) * Math.max(1, found.aspect);
+    found.aspect = width / height;
+    found.fov = (Math.atan(longer / Math.max(1, found.aspect)) * 360) / Math.PI;
+    found.updateProjectionMatrix();
+  }
   return found;
 }

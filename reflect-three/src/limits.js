@@ -11,6 +11,7 @@ export const PICTURE_BYTES = 256 * 2 ** 20; // a file for an <img>, or of a glTF
 export const VALUES = 2 ** 27; // of a glTF's accessor
 export const EMPTY_VALUES = 2 ** 20; // of one that no buffer fills
 export const SHADER_BYTES = 4 * 2 ** 20;
+export const DEFLATE = 1032; // bytes that it can make of one at most
 export const SLOTS = 224; // vec4: of a fragment shader's uniforms that WebGL 2 promises
 export const DIGITS = 12; // of a content's SHA-256 in its file's name
 export const FLOAT = 3.4028234e38; // the largest that a graphics card keeps

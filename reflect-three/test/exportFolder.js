@@ -44,7 +44,7 @@ export function exportFolder() {
   const bc1 = image("bc1", 8, 8, ddsFile(8, 8, Array.from({ length: 32 }, (_, i) => (37 * i) & 255)));
   const answer = shader("void answer(vec3 o, vec3 d, float w, float s, out vec3 r, out float c) { r = d; c = 1.0; }\n");
   const reflectance = shader("void surface_reflectance(float c, vec3 b, float m, vec3 t, float i, float w, out vec3 r, out float o) { r = b; o = 1.0; }\n");
-  const scene = exact(Buffer.from(JSON.stringify({ asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ name: "ball" }] })));
+  const scene = exact(Buffer.from(JSON.stringify({ asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ name: "ball", extensions: { REFLECT_reflections: { reflector: 0 } } }] })));
   files.set("scene.gltf", scene);
   const method = (kind, samplers) => ({ kind, assets: ["ball-0123456789ab"], shader: answer, samplers, slots: [[1, 2, 3, 4], [0, -1, 0.5, 1e-3]], bytes: 4096 });
   const manifest = {

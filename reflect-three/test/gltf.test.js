@@ -7,7 +7,7 @@ import { isSentence } from "./sentence.js";
 
 const nothing = { read: () => assert.fail("nothing is to be read") };
 const scene = (change) => {
-  const json = { asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ name: "ball" }], ...change };
+  const json = { asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ name: "ball", extensions: { REFLECT_reflections: { reflector: 0 } } }], ...change };
   return exact(Buffer.from(JSON.stringify(json)));
 };
 const load = (change) => loadScene(scene(change), "scene.gltf", nothing, () => {});
@@ -17,8 +17,10 @@ globalThis.ProgressEvent ??= class ProgressEvent extends Event {}; // three's lo
 test("a scene, and a reflector's node without a mesh", async () => {
   const gltf = await load({});
   const { manifest } = exportFolder();
-  assert.deepEqual(await mirrorsOf(gltf, manifest.reflectors[0], manifest), []);
-  await assert.rejects(mirrorsOf(gltf, { ...manifest.reflectors[0], node: 7 }, manifest), /node is 7, and the scene has no such node/);
+  assert.deepEqual(await mirrorsOf(gltf, 0, manifest), []);
+  await assert.rejects(mirrorsOf(await load({ nodes: [{}] }), 0, manifest), /reflectors\[0\]\.node is a node that does not name this reflector back/);
+  manifest.reflectors[0].node = 7;
+  await assert.rejects(mirrorsOf(gltf, 0, manifest), /node is 7, and the scene has no such node/);
 });
 
 test("files outside of the export are refused before they are asked for", async () => {

@@ -24,6 +24,10 @@ test("each refusal says where", () => {
   const id = Object.keys(manifest.images)[0];
   refused((m) => (m.what = "reflect"), /what/);
   refused((m) => (m.format = 2), /format is 2/);
+  refused((m) => (m.more = 1), /field "more"/);
+  refused((m) => delete m.plan, /no field plan/);
+  refused((m) => (m.images[id].bytes = 1), /fewer than any compression/);
+  refused((m) => (m.images.x = m.images[id]), /images.x.file is not named as its file/);
   refused((m) => (m.images[id].width = 16385), /width is 16385/);
   refused((m) => (m.images[id].width = 24.5), /not a whole number/);
   refused((m) => (m.images[id].file = "images/../../secret.exr"), /no plain name/);
@@ -43,7 +47,8 @@ test("each refusal says where", () => {
 
 test("images that are too large together are refused before any is read", () => {
   refused((m) => {
-    for (let i = 0; i < 40; i++) m.images[`x${i}`] = { ...Object.values(m.images)[0], width: 16384, height: 16384 };
+    const [id, image] = Object.entries(m.images)[0];
+    for (let i = 10; i < 50; i++) m.images[`x${i}${id}`] = { ...image, file: image.file.replace(id, `x${i}${id}`), width: 16384, height: 16384, bytes: 2 ** 24 };
   }, /images are together larger than 4 GiB/);
 });
 

@@ -41,3 +41,9 @@ def exported(tmp_path_factory, device) -> Exported:
 def compressed(tmp_path_factory, device) -> Exported:
     """A light field alone, in blocks."""
     return _exported(tmp_path_factory.mktemp("blocks") / "contact", ("light_field",), SIZE, compressed=True, views=4, view_texels=32)
+
+
+@pytest.fixture(scope="session")
+def upright(tmp_path_factory, device) -> Exported:
+    """A picture of another shape than the scene's render settings have."""
+    return _exported(tmp_path_factory.mktemp("upright") / "contact", ("environment",), (SIZE[1], SIZE[0]))

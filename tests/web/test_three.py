@@ -64,6 +64,12 @@ def test_moved_as_a_whole(exported, browser, tmp_path):
     assert flip(moved.web, still.web, exported.mask)[0] < WEB_MOVED
 
 
+def test_a_picture_of_another_shape(upright, tmp_path):
+    """The camera of glTF has the render settings' shape; the picture has its own."""
+    drawn(upright.folder, tmp_path, upright.methods)
+    assert compared(upright.folder, tmp_path, "environment", upright.mask).flip() <= WEB_FLIP
+
+
 def test_a_life(browser):
     """The later of two wishes counts, three's own materials come back, and nothing stays on the graphics card."""
     life = browser[1]["life"]
