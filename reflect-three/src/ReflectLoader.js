@@ -1,7 +1,6 @@
 /**
  * Opens an export: its manifest, checked, and its scene. Reflections come with `use`.
  */
-import { ReflectError } from "./ReflectError.js";
 import { Reflections } from "./Reflections.js";
 import { MANIFEST } from "./check.js";
 import { parseManifest } from "./checkManifest.js";
@@ -26,10 +25,9 @@ export class ReflectLoader {
    * @param {{onProgress?: (progress: Progress) => void, onWarning?: (sentence: string) => void, rays?: number}} [options] rays: most rays of a pixel where a
    *   curved mirror stretches it, odd; 7 are those of `reflect render`, 1 suits a window
    * @returns {Promise<Reflections>}
-   * @throws {ReflectError}
+   * @throws {import("./ReflectError.js").ReflectError}
    */
   async load(from, { onProgress = () => {}, onWarning = (sentence) => console.warn(`Reflect: ${sentence}`), rays = 1 } = {}) {
-    if (this.renderer && !this.renderer.capabilities.isWebGL2 && this.renderer.capabilities.isWebGL2 !== undefined) throw new ReflectError("This page", "", "needs WebGL 2");
     const said = new Set();
     const warn = (sentence) => said.has(sentence) || (said.add(sentence), onWarning(sentence));
     const source = sourceOf(from);
