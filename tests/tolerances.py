@@ -376,6 +376,14 @@ GLASS_PANE = 0.02
 # Seen through a body, where distance maps answer the rays that leave: a magnified wall is off by more than a mirrored one.
 GLASS_BODY = 0.06
 
+# reflect-three in a browser against `render`, FLIP over the reflectors' pixels: a browser knows how a surface stretches a pixel from the pixel's own triangle, `render`
+# from both neighbours, so strongly curved spots are blurred along another line (0.026 to 0.035 measured in contact at 320 x 240, 0.049 in teapots) ...
+WEB_FLIP = 0.05
+# ... and beside the reflectors, where half floats and the look are all there is (0.0028 measured).
+WEB_BESIDE = 0.005
+# The same scene moved, turned and made larger as a whole: the browser's own picture again, but for numbers rounded elsewhere (0.0008 measured).
+WEB_MOVED = 0.005
+
 # An export's look table holds half floats: half a unit in the last place of numbers below 1.
 EXPORT_LOOK = 2.0**-12
 # Share of rays that meet an edge of a map of 8 texels a side, where two programs' roundings pick different texels (found: none).

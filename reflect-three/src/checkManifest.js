@@ -1,0 +1,177 @@
+/**
+ * The manifest of an export, `reflect.json`, before anything of it is believed: structure, names, sizes, indices, numbers and how much memory it would take.
+ * Nothing is read, evaluated or allocated here, and nothing of three is needed. docs/export-format.md is the contract.
+ */
+import { MANIFEST, allFinite, entry, fileName, idOf, list, number, object, record, refuse, sha256, text, whole } from "./check.js";
+import { ReflectError } from "./ReflectError.js";
+import { DEFLATE, FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, SHADER_BYTES, SIDE, SLOTS } from "./limits.js";
+
+/** Within format 1 there are these fields and no others. */
+const FIELDS = {
+  manifest: ["what", "format", "generator", "scene", "look", "images", "shaders", "assets", "materials", "reflectance", "reflectors", "pictures", "plan"],
+  scene: ["file", "name", "bytes", "sha256"],
+  image: ["file", "kind", "width", "height", "bytes", "sha256"],
+  shader: ["file", "bytes", "sha256"],
+  material: ["name", "base_color", "metallic", "specular_tint", "ior", "weight", "roughness"],
+  reflector: ["name", "node", "materials", "methods"],
+  method: ["kind", "assets", "shader", "samplers", "slots", "bytes"],
+  picture: ["camera", "node", "width", "height", "behind", "truth", "methods"],
+};
+const SAMPLER = /^[A-Za-z][A-Za-z0-9_]{0,63}$/;
+
+/**
+ * @typedef {{file: string, kind: "tx"|"buf"|"bc1"|"look", width: number, height: number, bytes: number, sha256: string}} ImageEntry
+ * @typedef {{file: string, bytes: number, sha256: string}} FileEntry
+ * @typedef {{name: string, base_color: number[], metallic: number, specular_tint: number[], ior: number, weight: number, roughness: number}} MaterialEntry
+ * @typedef {{kind: string, assets: string[], shader: string, samplers: Record<string, string>, slots: number[][], bytes: number}} MethodEntry
+ * @typedef {{name: string, node: number, materials: number[], methods: Record<string, MethodEntry>}} ReflectorEntry
+ * @typedef {{camera: string, node: number, width: number, height: number, behind: string, truth: string, methods: Record<string, string>}} PictureEntry
+ * @typedef {{what: string, format: number, generator: string, scene: FileEntry, look: {exposure: number, table: string|null},
+ *   images: Record<string, ImageEntry>, shaders: Record<string, FileEntry>, assets: Record<string, object>, materials: MaterialEntry[],
+ *   reflectance: string, reflectors: ReflectorEntry[], pictures: PictureEntry[], plan: object|null}} Manifest
+ */
+
+/**
+ * @param {string} json the text of reflect.json
+ * @returns {Manifest} what it says, checked
+ */
+export function parseManifest(json) {
+  if (json.length > MANIFEST_BYTES) throw new ReflectError(MANIFEST, "", `is longer than ${MANIFEST_BYTES} bytes`);
+  let value;
+  try {
+    value = JSON.parse(json);
+  } catch {
+    throw new ReflectError(MANIFEST, "", "is not JSON");
+  }
+  return checkManifest(value);
+}
+
+/**
+ * @param {unknown} value what JSON.parse made of reflect.json
+ * @returns {Manifest} the same object
+ */
+export function checkManifest(value) {
+  const manifest = /** @type {Manifest} */ (object(value, "the whole"));
+  if (manifest.what !== "reflect export") refuse("what", 'is not "reflect export"');
+  whole(manifest.format, "format", 1, Number.MAX_SAFE_INTEGER);
+  if (manifest.format > FORMAT) refuse("format", `is ${manifest.format}, and this loader knows ${FORMAT}`);
+  record(manifest, "the whole", FIELDS.manifest);
+  allFinite(manifest);
+  checkScene(record(manifest.scene, "scene", FIELDS.scene));
+  checkImages(object(manifest.images, "images"));
+  checkShaders(object(manifest.shaders, "shaders"));
+  checkLook(record(manifest.look, "look", ["exposure", "table"]), manifest);
+  checkAssets(object(manifest.assets, "assets"), manifest);
+  list(manifest.materials, "materials").forEach(checkMaterial);
+  entry(manifest.shaders, manifest.reflectance, "reflectance");
+  list(manifest.reflectors, "reflectors").forEach((reflector, i) => checkReflector(reflector, `reflectors[${i}]`, manifest));
+  list(manifest.pictures, "pictures").forEach((picture, i) => checkPicture(picture, `pictures[${i}]`));
+  return manifest;
+}
+
+function checkScene(scene) {
+  fileName(scene.file, "scene.file", "", [".gltf", ".glb"]);
+  whole(scene.bytes, "scene.bytes", 1, FILE_BYTES);
+  sha256(scene.sha256, "scene.sha256");
+}
+
+function checkImages(images) {
+  let total = 0;
+  for (const [id, image] of Object.entries(images)) {
+    const field = `images.${id}`;
+    record(image, field, FIELDS.image);
+    if (!Object.hasOwn(KINDS, text(image.kind, `${field}.kind`))) refuse(`${field}.kind`, `is none of ${Object.keys(KINDS).join(", ")}`);
+    const kind = KINDS[image.kind];
+    fileName(image.file, `${field}.file`, "images", [kind.exr ? ".exr" : ".dds"]);
+    idOf(id, image.file, `${field}.file`);
+    whole(image.width, `${field}.width`, 1, SIDE);
+    whole(image.height, `${field}.height`, 1, SIDE);
+    if (!kind.exr && (image.width % 4 || image.height % 4)) refuse(`${field}.width or height`, "is no multiple of 4, as blocks are");
+    whole(image.bytes, `${field}.bytes`, 1, FILE_BYTES);
+    const texels = (image.width * image.height * kind.bits) / 8;
+    if (texels > DEFLATE * image.bytes) refuse(`${field}.bytes`, "are fewer than any compression makes of its texels");
+    // A compressed file is never much larger than its texels.
+    if (image.bytes > 2 * texels + 2 ** 20) refuse(`${field}.bytes`, `is ${image.bytes}, more than its texels need`);
+    sha256(image.sha256, `${field}.sha256`, image.file);
+    total += texels;
+    if (total > IMAGES_BYTES) refuse("images", `are together larger than ${IMAGES_BYTES / 2 ** 30} GiB`);
+  }
+}
+
+function checkShaders(shaders) {
+  for (const [id, shader] of Object.entries(shaders)) {
+    record(shader, `shaders.${id}`, FIELDS.shader);
+    fileName(shader.file, `shaders.${id}.file`, "shaders", [".glsl"]);
+    idOf(id, shader.file, `shaders.${id}.file`);
+    whole(shader.bytes, `shaders.${id}.bytes`, 1, SHADER_BYTES);
+    sha256(shader.sha256, `shaders.${id}.sha256`, shader.file);
+  }
+}
+
+function checkLook(look, { images }) {
+  number(look.exposure, "look.exposure", -100, 100);
+  if (look.table === null) return;
+  const table = entry(images, look.table, "look.table");
+  if (table.kind !== "look" || table.width !== 4096 || table.height !== 64) refuse("look.table", "is no look of 4096 x 64 texels");
+}
+
+function checkAssets(assets, { images }) {
+  for (const [id, asset] of Object.entries(assets)) {
+    text(object(asset, `assets.${id}`).kind, `assets.${id}.kind`);
+    for (const [name, image] of Object.entries(object(asset.images, `assets.${id}.images`))) {
+      entry(images, image, `assets.${id}.images.${name}`);
+    }
+  }
+}
+
+function checkMaterial(material, i) {
+  const field = `materials[${i}]`;
+  record(material, field, FIELDS.material);
+  text(material.name, `${field}.name`);
+  for (const colour of ["base_color", "specular_tint"]) {
+    list(material[colour], `${field}.${colour}`, 3).forEach((x, c) => number(x, `${field}.${colour}[${c}]`, 0, 1e6));
+  }
+  number(material.metallic, `${field}.metallic`);
+  number(material.ior, `${field}.ior`, 1e-6);
+  number(material.weight, `${field}.weight`);
+  number(material.roughness, `${field}.roughness`);
+}
+
+function checkReflector(reflector, field, manifest) {
+  text(record(reflector, field, FIELDS.reflector).name, `${field}.name`);
+  whole(reflector.node, `${field}.node`, 0, 1e7);
+  for (const [i, index] of list(reflector.materials, `${field}.materials`).entries()) {
+    whole(index, `${field}.materials[${i}]`, 0, manifest.materials.length - 1);
+  }
+  for (const [name, method] of Object.entries(object(reflector.methods, `${field}.methods`))) {
+    checkMethod(method, `${field}.methods.${name}`, manifest);
+  }
+}
+
+function checkMethod(method, field, { assets, shaders, images }) {
+  text(record(method, field, FIELDS.method).kind, `${field}.kind`);
+  list(method.assets, `${field}.assets`).forEach((id, i) => entry(assets, id, `${field}.assets[${i}]`));
+  entry(shaders, method.shader, `${field}.shader`);
+  for (const [name, image] of Object.entries(object(method.samplers, `${field}.samplers`))) {
+    // It becomes a word of a shader, so it must be one.
+    if (!SAMPLER.test(name) || name.startsWith("gl_")) refuse(`${field}.samplers`, `has the name "${name.slice(0, 40)}", which no sampler can have`);
+    entry(images, image, `${field}.samplers.${name}`);
+  }
+  if (list(method.slots, `${field}.slots`).length > SLOTS) refuse(`${field}.slots`, `has more than ${SLOTS} entries`);
+  for (const [i, slot] of method.slots.entries()) {
+    list(slot, `${field}.slots[${i}]`, 4).forEach((x, c) => number(x, `${field}.slots[${i}][${c}]`));
+  }
+  whole(method.bytes, `${field}.bytes`, 0, IMAGES_BYTES);
+}
+
+function checkPicture(picture, field) {
+  text(record(picture, field, FIELDS.picture).camera, `${field}.camera`);
+  whole(picture.node, `${field}.node`, 0, 1e7);
+  whole(picture.width, `${field}.width`, 1, SIDE);
+  whole(picture.height, `${field}.height`, 1, SIDE);
+  fileName(picture.behind, `${field}.behind`, "pictures", [".exr"]);
+  fileName(picture.truth, `${field}.truth`, "pictures", [".png"]);
+  for (const [name, file] of Object.entries(object(picture.methods, `${field}.methods`))) {
+    fileName(file, `${field}.methods.${name}`, "pictures", [".png"]);
+  }
+}
