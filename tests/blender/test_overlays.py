@@ -1,5 +1,6 @@
 """The sidebar's panel "Overlays": what it says of the error in a view, and what a wipe compares."""
 
+import shutil
 from types import SimpleNamespace
 
 import bpy
@@ -44,15 +45,28 @@ def test_it_says_what_is_measured_and_why_nothing_is(registered):
         assert ("there is nothing to measure" in drawn()) == (name not in methods.gathering()), name
 
 
-@pytest.fixture
-def ball(registered, tmp_path):
-    """A saved file with a ball, baked by two methods; the scene's own is the first."""
-    saved_ball(tmp_path / "ball.blend")
+@pytest.fixture(scope="module")
+def baked(tmp_path_factory):
+    """The folder of a saved file with a ball, baked by two methods; the scene's own is the last."""
+    folder = tmp_path_factory.mktemp("overlays")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    reflect_addon.register()
+    saved_ball(folder / "ball.blend")
+    settings = bpy.context.scene.reflect
     for name in ("box_proxy", "environment"):
-        registered.reflect.method = name
-        registered.reflect.environment.resolution, registered.reflect.environment.samples = "64", 1
+        settings.method, settings.environment.resolution, settings.environment.samples = name, "64", 1
         assert bpy.ops.reflect.bake() == {"FINISHED"}
-    return registered
+    bpy.ops.wm.save_mainfile()
+    reflect_addon.unregister()
+    return folder
+
+
+@pytest.fixture
+def ball(baked, registered, tmp_path):
+    """The scene of a copy of it, open."""
+    shutil.copytree(baked, tmp_path / "ball")
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "ball" / "ball.blend"))
+    return bpy.context.scene
 
 
 def poll_says() -> str:

@@ -152,7 +152,7 @@ def test_a_point_is_on_a_surface_or_not():
 
 def test_pictures_do_not_depend_on_the_unit(device):
     """An orthographic camera drew no virtual object of a ball wider than 10 km: its clip space began behind them."""
-    found = [stable.measured(case_of(f"ball, a unit is {size} m")) for size in ("0.0001", "1", "100000")]
+    found = [stable.measured(case_of(f"ball, a unit is {size} m")) for size in ("0.0001", "100000")]
     shares = [one.drawn / one.pixels for one in found]
     assert min(shares) > 0.1 and np.ptp(shares) < tolerances.SCALE_DRAWN
     assert all(one.bad_pixels == one.wrong == one.nonfinite == 0 for one in found)

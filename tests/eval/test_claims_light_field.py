@@ -68,7 +68,8 @@ def both_ways(asset, bases, frames, record_property) -> np.ndarray:
     return found
 
 
-@pytest.mark.parametrize("seed", [pytest.param(1, marks=pytest.mark.slow), 3])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 3])
 def test_rooms_like_it(seed, device, tmp_path, record_property):
     scene = moving_ball_rooms.build(seed)
     asset = baked(scene, tmp_path)

@@ -91,6 +91,7 @@ def test_a_metal_that_glows_keeps_its_light(fresh_file, device, tmp_path):
     assert rays.sum() > 100 and np.median(difference) < 0.01 * np.median(found.truth.radiance[rays])
 
 
+@pytest.mark.slow
 def test_another_ball(fresh_file, device, tmp_path, monkeypatch):
     stage(surface("Floor", (0.6, 0.2, 0.1), 0.0, 1.0))
     sphere((0.75, -0.75, -0.25), 0.3, surface("Gold", (1, 0.8, 0.4), 1.0))
