@@ -11,6 +11,7 @@ from mesh_scenes import job
 
 from reflect_addon.core import methods
 from reflect_addon.core.asset import Asset
+from reflect_addon.core.camera import Camera
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.exchange import reading
 from reflect_addon.core.exchange.folder import whole_folder
@@ -54,7 +55,7 @@ def write(folder: Path, given: dict[str, Asset] | None = None) -> Path:
         (place / SCENE_NAME).write_text(json.dumps(document))
         made = SceneExport(scene, SceneGltf(place / SCENE_NAME))
         reflectors = made.answers({name: {"Mirror": asset} for name, asset in (given or found).items()}, lambda *_: None)
-        made.picture("Camera", np.full((3, 4, 3), 0.5, "f"), b"truth", {name: name.encode() for name in given or found})
+        made.picture("Camera", Camera(np.eye(4), np.eye(4), 4, 3), np.full((3, 4, 3), 0.5, "f"), b"truth", {name: name.encode() for name in given or found})
         made.finish(reflectors, look(), None)
     return Path(folder)
 

@@ -15,7 +15,7 @@ const FIELDS = {
   material: ["name", "base_color", "metallic", "specular_tint", "ior", "weight", "roughness"],
   reflector: ["name", "node", "materials", "methods"],
   method: ["kind", "assets", "shader", "samplers", "slots", "bytes"],
-  picture: ["camera", "node", "width", "height", "behind", "truth", "methods"],
+  picture: ["camera", "node", "width", "height", "projection", "behind", "truth", "methods"],
 };
 const SAMPLER = /^[A-Za-z][A-Za-z0-9_]{0,63}$/;
 
@@ -25,7 +25,7 @@ const SAMPLER = /^[A-Za-z][A-Za-z0-9_]{0,63}$/;
  * @typedef {{name: string, base_color: number[], metallic: number, specular_tint: number[], ior: number, weight: number, roughness: number}} MaterialEntry
  * @typedef {{kind: string, assets: string[], shader: string, samplers: Record<string, string>, slots: number[][], bytes: number}} MethodEntry
  * @typedef {{name: string, node: number, materials: number[], methods: Record<string, MethodEntry>}} ReflectorEntry
- * @typedef {{camera: string, node: number, width: number, height: number, behind: string, truth: string, methods: Record<string, string>}} PictureEntry
+ * @typedef {{camera: string, node: number, width: number, height: number, projection: number[], behind: string, truth: string, methods: Record<string, string>}} PictureEntry
  * @typedef {{what: string, format: number, generator: string, scene: FileEntry, look: {exposure: number, table: string|null},
  *   images: Record<string, ImageEntry>, shaders: Record<string, FileEntry>, assets: Record<string, object>, materials: MaterialEntry[],
  *   reflectance: string, reflectors: ReflectorEntry[], pictures: PictureEntry[], plan: object|null}} Manifest
@@ -169,6 +169,7 @@ function checkPicture(picture, field) {
   whole(picture.node, `${field}.node`, 0, 1e7);
   whole(picture.width, `${field}.width`, 1, SIDE);
   whole(picture.height, `${field}.height`, 1, SIDE);
+  list(picture.projection, `${field}.projection`, 16).forEach((x, i) => number(x, `${field}.projection[${i}]`));
   fileName(picture.behind, `${field}.behind`, "pictures", [".exr"]);
   fileName(picture.truth, `${field}.truth`, "pictures", [".png"]);
   for (const [name, file] of Object.entries(object(picture.methods, `${field}.methods`))) {

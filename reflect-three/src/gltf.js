@@ -114,18 +114,15 @@ export async function nodeOf(gltf, index, field) {
 }
 
 /**
- * The camera of a picture, with the picture's shape: a glTF camera has the shape of Blender's render settings. The angle is that of the longer side, as
- * cameras of Blender have it unless their sensor is fitted otherwise.
+ * The camera of a picture, which stands where glTF says and projects as the manifest says: glTF knows neither the picture's shape nor a shifted lens.
  * @returns {Promise<import("three").Camera | null>}
  */
-export async function cameraOf(gltf, { node, width, height }) {
+export async function cameraOf(gltf, { node, width, height, projection }) {
   let found = null;
   (await nodeOf(gltf, node, "pictures'")).traverse((object) => (found ??= object.isCamera ? object : null));
-  if (found?.isPerspectiveCamera) {
-    const longer = Math.tan((found.fov * Math.PI) / 360) * Math.max(1, found.aspect);
-    found.aspect = width / height;
-    found.fov = (Math.atan(longer / Math.max(1, found.aspect)) * 360) / Math.PI;
-    found.updateProjectionMatrix();
-  }
+  if (!found) return null;
+  if (found.isPerspectiveCamera) [found.aspect, found.fov] = [width / height, (Math.atan(1 / projection[5]) * 360) / Math.PI];
+  found.projectionMatrix.fromArray(projection);
+  found.projectionMatrixInverse.copy(found.projectionMatrix).invert();
   return found;
 }

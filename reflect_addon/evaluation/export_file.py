@@ -134,7 +134,7 @@ def _draw(made: SceneExport, scene, snapshot, camera: str, view, found: dict[str
         picture, behind = drawn_over(snapshot, baked.assets, None, look, view, seen, "display")
         drawn[name] = png_bytes(picture)
     if behind is not None:
-        made.picture(camera, behind, png_bytes(look.apply(seen.combined)), drawn)
+        made.picture(camera, view, behind, png_bytes(look.apply(seen.combined)), drawn)
     return sentences
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from ..core import dds, methods, shading
 from ..core.asset import Asset, asset_of
 from ..core.asset_images import size_of
+from ..core.camera import Camera
 from ..core.exchange import manifest as m
 from ..core.kernel import ES_300, emit_glsl, emitted, record_function
 from ..core.look import TABLE_SIDE
@@ -56,8 +57,8 @@ class SceneExport:
         self.gltf.mark([r.node for r in found])
         return tuple(found)
 
-    def picture(self, camera: str, behind: np.ndarray, truth: bytes, drawn: dict[str, bytes]) -> None:
-        """What Cycles says of a camera. behind: (H, W, 3), scene-linear; the others PNG files."""
+    def picture(self, camera: str, view: Camera, behind: np.ndarray, truth: bytes, drawn: dict[str, bytes]) -> None:
+        """What Cycles says of a camera. view: it as numbers; behind: (H, W, 3), scene-linear; the others PNG files."""
         node = self.gltf.camera_node(camera)
         if node is None:
             self.sentences.append(f"The camera {camera} is not in the glTF that Blender's exporter wrote: its pictures are left out.")
@@ -67,7 +68,7 @@ class SceneExport:
         write_exr(path, np.clip(behind, 0, 65504).astype(np.float16), compression="zip")
         files = {"behind": self._named(path, "behind", "exr")} | {"truth": self._file(m.PICTURES, "truth", "png", truth)}
         shown = {name: self._file(m.PICTURES, name, "png", content) for name, content in drawn.items()}
-        self._pictures.append(m.Picture(camera, node, behind.shape[1], behind.shape[0], files["behind"], files["truth"], shown))
+        self._pictures.append(m.Picture(camera, node, view.width, view.height, tuple(view.clip_from_camera.T.ravel().tolist()), files["behind"], files["truth"], shown))
 
     def finish(self, reflectors: tuple[m.Reflector, ...], look: SceneLook, plan: Plan | None) -> m.Manifest:
         """Writes the manifest."""

@@ -24,12 +24,17 @@ class Exported:
     methods: tuple[str, ...]
 
 
-def _exported(folder: Path, methods: tuple[str, ...], size: tuple[int, int], **settings) -> Exported:
+def _exported(folder: Path, methods: tuple[str, ...], size: tuple[int, int], lens: dict | None = None, **settings) -> Exported:
+    """lens: properties of the camera that the file does not have."""
     need_packages()  # before minutes of baking
     chromium()
     bpy.ops.wm.open_mainfile(filepath=str(BLEND))
+    blend = folder.parent / BLEND.name
+    for name, value in (lens or {}).items():
+        setattr(bpy.context.scene.camera.data, name, value)
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
     write_export(bpy.context.scene, methods, folder, shot=Shot(size, samples=SAMPLES), settings={"resolution": RESOLUTION, **settings})
-    return Exported(folder, reflector_pixels(BLEND, read_export(folder)), methods)
+    return Exported(folder, reflector_pixels(blend, read_export(folder)), methods)
 
 
 @pytest.fixture(scope="session")
@@ -45,5 +50,6 @@ def compressed(tmp_path_factory, device) -> Exported:
 
 @pytest.fixture(scope="session")
 def upright(tmp_path_factory, device) -> Exported:
-    """A picture of another shape than the scene's render settings have."""
-    return _exported(tmp_path_factory.mktemp("upright") / "contact", ("environment",), (SIZE[1], SIZE[0]))
+    """A picture of another shape than the scene's render settings have, by a lens that is shifted and fitted to its height."""
+    lens = {"sensor_fit": "VERTICAL", "shift_x": 0.1, "shift_y": -0.05}
+    return _exported(tmp_path_factory.mktemp("upright") / "contact", ("environment",), (SIZE[1], SIZE[0]), lens)

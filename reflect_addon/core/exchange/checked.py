@@ -149,6 +149,8 @@ def _picture(field: str, picture) -> None:
     _need(0 <= picture.node < 1 << 24, f"{field}.node", "is no node")
     _size(f"{field}.width", picture.width, MAX_SIDE)
     _size(f"{field}.height", picture.height, MAX_SIDE)
+    _need(len(picture.projection) == 16, f"{field}.projection", "is not 16 numbers")
+    _numbers(f"{field}.projection", *picture.projection)
     for name, file in (("behind", picture.behind), ("truth", picture.truth), *picture.methods.items()):
         ending = "exr" if name == "behind" else "png"
         _need(bool(_PICTURE.fullmatch(file)) and file.endswith(ending), f"{field}.{name[:60]}", f"is no .{ending} in pictures/")

@@ -95,6 +95,7 @@ class Picture:
     node: int
     width: int
     height: int
+    projection: tuple[float, ...]  # 16 numbers, column by column: clip space (z in -1..1) from the camera, which looks down -z
     behind: str
     truth: str
     methods: dict[str, str]
