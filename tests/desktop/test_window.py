@@ -1,5 +1,5 @@
-"""Artists' sessions in a real Blender window; see run_window.py, run_light_field.py, run_contact.py, run_virtual.py and
-run_mirror_source.py. Needs root and the blender-desktop tool."""
+"""Artists' sessions in a real Blender window; see run_window.py, run_light_field.py, run_contact.py, run_export.py, run_virtual.py
+and run_mirror_source.py. Needs root and the blender-desktop tool."""
 
 import json
 import os
@@ -72,6 +72,12 @@ def test_things_that_touch_and_move():
 def test_what_is_old_is_baked_again_by_itself():
     found = session("run_refresh", "contact.blend", "Suzanne matt")
     assert "04-fresh" in found["steps"] and found["seconds"]["idle: stopped by a change"] < 5.0
+
+
+@pytest.mark.alone
+@pytest.mark.desktop
+def test_an_export_beside_the_window():
+    assert "03-exported" in session("run_export", "contact.blend")["steps"]
 
 
 @pytest.mark.alone
