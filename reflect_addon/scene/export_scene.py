@@ -48,11 +48,12 @@ class SceneExport:
         instances = self.snapshot.reflectors()
         for k, instance in enumerate(instances):
             say(k / len(instances), f"writing {instance.name}")
-            answers = {name: self._answer(asset) for name, some in assets.items() if (asset := asset_of(some, instance)) is not None}
             node = self.gltf.mesh_node(instance.object_name, instance.world_from_object, {r.node for r in found})
             if node is None:
                 self.sentences.append(f"{instance.name} is not in the glTF that Blender's exporter wrote: it has no reflections there.")
-            elif answers:
+                continue
+            answers = {name: self._answer(asset) for name, some in assets.items() if (asset := asset_of(some, instance)) is not None}
+            if answers:
                 found.append(m.Reflector(instance.name, node, self._mirroring(instance), answers))
         self.gltf.mark([r.node for r in found])
         return tuple(found)
