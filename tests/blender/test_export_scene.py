@@ -155,6 +155,23 @@ def test_what_fails_leaves_the_earlier_export(saved, tmp_path, capfd, monkeypatc
     assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == before and set(os.listdir(tmp_path)) == {"file", "out"}
 
 
+def test_what_no_reader_would_take_is_not_written(saved, tmp_path, monkeypatch):
+    monkeypatch.setattr("reflect_addon.core.exchange.checked.MAX_BYTES", 100)
+    with pytest.raises(ReflectError, match="no export that could be read: images declare"):
+        write_export(bpy.context.scene, (), tmp_path / "out")
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_a_reflector_without_a_material(fresh_file, tmp_path):
+    """One that is marked by hand: its material has no name, here and in glTF."""
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    with object_properties():
+        ball("Bare", None, segments=8).reflect_mark = "YES"
+        save_assets(bpy.context.scene)
+        write_export(bpy.context.scene, (), tmp_path / "out")
+    assert [material.name for material in read_export(tmp_path / "out").manifest.materials] == [""]
+
+
 def test_what_cannot_be_exported_is_said(saved, tmp_path, capfd):
     out = tmp_path / "out"
     for words, sentence in (
