@@ -17,6 +17,9 @@ function likeness(materials) {
   return group;
 }
 
+/** What a reflector has for a method: never what all objects have, such as "constructor". */
+const answerOf = ({ methods }, method) => (Object.hasOwn(methods, method) ? methods[method] : null);
+
 /** What is shown while another method's images are on their way: a few kilobytes. */
 const FIRST = "environment";
 
@@ -63,8 +66,8 @@ export class Reflections {
     const files = this._files(method);
     const { images } = this.manifest;
     const memory = new Map();
-    for (const { methods } of this.manifest.reflectors) {
-      for (const id of Object.values(methods[method]?.samplers ?? {})) {
+    for (const reflector of this.manifest.reflectors) {
+      for (const id of Object.values(answerOf(reflector, method)?.samplers ?? {})) {
         const { kind, width, height, sha256 } = images[id];
         memory.set(sha256, width * height * { tx: 8, look: 8, buf: 16, bc1: this._store.compressed ? 0.5 : 4 }[kind]);
       }
@@ -98,7 +101,7 @@ export class Reflections {
   async release() {
     const shown = new Set([FIRST, this.shown]);
     const { look, reflectors } = this.manifest;
-    const used = reflectors.flatMap(({ methods }) => [...shown].flatMap((name) => Object.values(methods[name]?.samplers ?? {})));
+    const used = reflectors.flatMap((reflector) => [...shown].flatMap((name) => Object.values(answerOf(reflector, name)?.samplers ?? {})));
     await this._store.keep(look.table ? [...used, look.table] : used);
   }
 
@@ -161,7 +164,7 @@ export class Reflections {
     const surface = await this._store.shader(reflectance, tell);
     await Promise.all(
       this._reflectors.map(async (reflector) => {
-        const answer = reflector.entry.methods[method];
+        const answer = answerOf(reflector.entry, method);
         if (!answer) return asked === this._asked && this._wear(reflector, null);
         const names = Object.keys(answer.samplers);
         const [code, ...textures] = await Promise.all([
@@ -221,10 +224,11 @@ export class Reflections {
     const { images, shaders, reflectance, reflectors } = this.manifest;
     const files = new Map();
     const add = (file) => files.set(file.sha256, file);
-    for (const { methods } of reflectors) {
-      if (!Object.hasOwn(methods, method)) continue;
-      add(shaders[methods[method].shader]);
-      for (const id of Object.values(methods[method].samplers)) add(images[id]);
+    for (const reflector of reflectors) {
+      const answer = answerOf(reflector, method);
+      if (!answer) continue;
+      add(shaders[answer.shader]);
+      for (const id of Object.values(answer.samplers)) add(images[id]);
     }
     if (files.size) add(shaders[reflectance]);
     return files;

@@ -33,9 +33,16 @@ export function list(value, field, length = null) {
   return value;
 }
 
+/** Also an empty one: what has no material shows one without a name. */
 export function text(value, field, most = 1024) {
-  if (typeof value !== "string" || value === "") refuse(field, "is not a text");
+  if (typeof value !== "string") refuse(field, "is not a text");
   if (value.length > most) refuse(field, `is longer than ${most} characters`);
+  return value;
+}
+
+/** The name of a method or a kind of asset. */
+export function word(value, field) {
+  if (typeof value !== "string" || !/^[A-Za-z][A-Za-z0-9_]{0,79}$/.test(value)) refuse(field, "is not a word of letters, digits and _");
   return value;
 }
 

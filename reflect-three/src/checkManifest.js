@@ -2,9 +2,9 @@
  * The manifest of an export, `reflect.json`, before anything of it is believed: structure, names, sizes, indices, numbers and how much memory it would take.
  * Nothing is read, evaluated or allocated here, and nothing of three is needed. docs/export-format.md is the contract.
  */
-import { MANIFEST, allFinite, entry, fileName, idOf, list, number, object, record, refuse, sha256, text, whole } from "./check.js";
+import { MANIFEST, allFinite, entry, fileName, idOf, list, number, object, record, refuse, sha256, text, whole, word } from "./check.js";
 import { ReflectError } from "./ReflectError.js";
-import { DEFLATE, FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, SHADER_BYTES, SIDE, SLOTS } from "./limits.js";
+import { DEFLATE, FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, NODE, SCENE, SCENE_BYTES, SHADER_BYTES, SIDE, SLOTS } from "./limits.js";
 
 /** Within format 1 there are these fields and no others. */
 const FIELDS = {
@@ -17,7 +17,7 @@ const FIELDS = {
   method: ["kind", "assets", "shader", "samplers", "slots", "bytes"],
   picture: ["camera", "node", "width", "height", "projection", "behind", "truth", "methods"],
 };
-const SAMPLER = /^[A-Za-z][A-Za-z0-9_]{0,63}$/;
+const SAMPLER = /^(?!gl_)(?!.*__)[A-Za-z][A-Za-z0-9_]{0,79}$/;
 
 /**
  * @typedef {{file: string, kind: "tx"|"buf"|"bc1"|"look", width: number, height: number, bytes: number, sha256: string}} ImageEntry
@@ -57,6 +57,7 @@ export function checkManifest(value) {
   if (manifest.format > FORMAT) refuse("format", `is ${manifest.format}, and this loader knows ${FORMAT}`);
   record(manifest, "the whole", FIELDS.manifest);
   allFinite(manifest);
+  text(manifest.generator, "generator");
   checkScene(record(manifest.scene, "scene", FIELDS.scene));
   checkImages(object(manifest.images, "images"));
   checkShaders(object(manifest.shaders, "shaders"));
@@ -70,8 +71,9 @@ export function checkManifest(value) {
 }
 
 function checkScene(scene) {
-  fileName(scene.file, "scene.file", "", [".gltf", ".glb"]);
-  whole(scene.bytes, "scene.bytes", 1, FILE_BYTES);
+  if (scene.file !== SCENE) refuse("scene.file", `is not ${SCENE}`);
+  text(scene.name, "scene.name");
+  whole(scene.bytes, "scene.bytes", 1, SCENE_BYTES);
   sha256(scene.sha256, "scene.sha256");
 }
 
@@ -109,7 +111,7 @@ function checkShaders(shaders) {
 }
 
 function checkLook(look, { images }) {
-  number(look.exposure, "look.exposure", -100, 100);
+  number(look.exposure, "look.exposure", -64, 64);
   if (look.table === null) return;
   const table = entry(images, look.table, "look.table");
   if (table.kind !== "look" || table.width !== 4096 || table.height !== 64) refuse("look.table", "is no look of 4096 x 64 texels");
@@ -117,7 +119,7 @@ function checkLook(look, { images }) {
 
 function checkAssets(assets, { images }) {
   for (const [id, asset] of Object.entries(assets)) {
-    text(object(asset, `assets.${id}`).kind, `assets.${id}.kind`);
+    word(object(asset, `assets.${id}`).kind, `assets.${id}.kind`);
     for (const [name, image] of Object.entries(object(asset.images, `assets.${id}.images`))) {
       entry(images, image, `assets.${id}.images.${name}`);
     }
@@ -139,22 +141,24 @@ function checkMaterial(material, i) {
 
 function checkReflector(reflector, field, manifest) {
   text(record(reflector, field, FIELDS.reflector).name, `${field}.name`);
-  whole(reflector.node, `${field}.node`, 0, 1e7);
+  whole(reflector.node, `${field}.node`, 0, NODE);
   for (const [i, index] of list(reflector.materials, `${field}.materials`).entries()) {
     whole(index, `${field}.materials[${i}]`, 0, manifest.materials.length - 1);
   }
   for (const [name, method] of Object.entries(object(reflector.methods, `${field}.methods`))) {
+    word(name, `${field}.methods.${name}`);
     checkMethod(method, `${field}.methods.${name}`, manifest);
   }
 }
 
 function checkMethod(method, field, { assets, shaders, images }) {
-  text(record(method, field, FIELDS.method).kind, `${field}.kind`);
+  word(record(method, field, FIELDS.method).kind, `${field}.kind`);
+  if (list(method.assets, `${field}.assets`).length === 0) refuse(`${field}.assets`, "are none");
   list(method.assets, `${field}.assets`).forEach((id, i) => entry(assets, id, `${field}.assets[${i}]`));
   entry(shaders, method.shader, `${field}.shader`);
   for (const [name, image] of Object.entries(object(method.samplers, `${field}.samplers`))) {
     // It becomes a word of a shader, so it must be one.
-    if (!SAMPLER.test(name) || name.startsWith("gl_")) refuse(`${field}.samplers`, `has the name "${name.slice(0, 40)}", which no sampler can have`);
+    if (!SAMPLER.test(name)) refuse(`${field}.samplers`, `has the name "${name.slice(0, 40)}", which no sampler can have`);
     entry(images, image, `${field}.samplers.${name}`);
   }
   if (list(method.slots, `${field}.slots`).length > SLOTS) refuse(`${field}.slots`, `has more than ${SLOTS} entries`);
@@ -166,13 +170,14 @@ function checkMethod(method, field, { assets, shaders, images }) {
 
 function checkPicture(picture, field) {
   text(record(picture, field, FIELDS.picture).camera, `${field}.camera`);
-  whole(picture.node, `${field}.node`, 0, 1e7);
+  whole(picture.node, `${field}.node`, 0, NODE);
   whole(picture.width, `${field}.width`, 1, SIDE);
   whole(picture.height, `${field}.height`, 1, SIDE);
   list(picture.projection, `${field}.projection`, 16).forEach((x, i) => number(x, `${field}.projection[${i}]`));
   fileName(picture.behind, `${field}.behind`, "pictures", [".exr"]);
   fileName(picture.truth, `${field}.truth`, "pictures", [".png"]);
   for (const [name, file] of Object.entries(object(picture.methods, `${field}.methods`))) {
+    word(name, `${field}.methods.${name}`);
     fileName(file, `${field}.methods.${name}`, "pictures", [".png"]);
   }
 }

@@ -33,13 +33,16 @@ export function exrHeader(bytes, file) {
     return String.fromCharCode(...new Uint8Array(bytes, start, at++ - start));
   };
   const found = {};
+  const names = new Set();
   for (let name = text(); name !== ""; name = text()) {
     const type = text();
     if (at + 4 > most) refuse("the header", "has no end");
     const size = view.getUint32(at, true);
     at += 4;
     if (size > most - at) refuse(`the header's ${name}`, "is longer than the file");
-    found[`${name}:${type}`] ??= { at, size };
+    if (names.has(name)) refuse(`the header's ${name}`, "is there twice");
+    names.add(name);
+    found[`${name}:${type}`] = { at, size };
     at += size;
   }
   const attribute = (key, size) => {

@@ -7,7 +7,7 @@ import { ReflectError } from "./ReflectError.js";
 import { BUFFER_BYTES, EMPTY_VALUES, PICTURE_BYTES, VALUES } from "./limits.js";
 
 // The folder is where Blender's exporter puts pictures.
-const PLAIN = /^(?:textures\/)?(?!\.)[^/\\:?#\u0000-\u001f]{1,255}$/;
+const PLAIN = /^(?:textures\/)?(?!\.)[^/\\:\u0000-\u001f]{1,255}$/;
 
 /**
  * @param {ArrayBuffer} bytes scene.gltf, checked

@@ -14,7 +14,10 @@ export const SHADER_BYTES = 4 * 2 ** 20;
 export const DEFLATE = 1032; // bytes that it can make of one at most
 export const SLOTS = 224; // vec4: of a fragment shader's uniforms that WebGL 2 promises
 export const DIGITS = 12; // of a content's SHA-256 in its file's name
-export const FLOAT = 3.4028234e38; // the largest that a graphics card keeps
+export const FLOAT = 3.4e38; // a graphics card keeps hardly more
+export const NODE = 2 ** 24 - 1;
+export const SCENE = "scene.gltf";
+export const SCENE_BYTES = 256 * 2 ** 20;
 export const ENTRIES = 65536; // of any table
 export const DEPTH = 64; // of nested lists
 

@@ -32,7 +32,8 @@ function urlSource(url) {
         throw new ReflectError(name, "", "cannot be fetched; the server does not answer, or does not allow this page to read it");
       }
       if (!response.ok) throw new ReflectError(name, "", `cannot be fetched (the server says ${response.status})`);
-      const told = response.headers.get("Content-Encoding") ? null : response.headers.get("Content-Length");
+      // Of a file that was packed on the way it is the packed one's, and another origin does not say whether that is so.
+      const told = response.type === "cors" || response.headers.get("Content-Encoding") ? null : response.headers.get("Content-Length");
       if (told !== null) checkLength(name, Number(told), most, exact);
       return collected(name, response.body, most, exact, onBytes);
     },

@@ -6,7 +6,7 @@ import { ddsBlocks, decodeBc1, turnedOver } from "../src/bc1.js";
 import { checkExr, exrHeader } from "../src/exrHeader.js";
 import { textureOf } from "../src/images.js";
 import { ddsFile, exportFolder, sum } from "./exportFolder.js";
-import { exrFile, half } from "./exrFile.js";
+import { exact, exrFile, half } from "./exrFile.js";
 import { random } from "./random.js";
 import { isSentence } from "./sentence.js";
 
@@ -17,6 +17,13 @@ test("the header of an EXR", () => {
   const header = exrHeader(exrFile(24, 20, "half", () => 0), "a.exr");
   assert.deepEqual([header.width, header.height, header.compression], [24, 20, 3]);
   assert.deepEqual(header.channels, ["A", "B", "G", "R"].map((name) => ({ name, type: "half" })));
+});
+
+test("a header that says a thing twice is refused: a decoder may believe the other one", () => {
+  const bytes = Buffer.from(exrFile(24, 20, "half", () => 0));
+  const [start, end] = [bytes.indexOf("dataWindow\0"), bytes.indexOf("displayWindow\0")];
+  const twice = Buffer.concat([bytes.subarray(0, end), bytes.subarray(start)]);
+  assert.throws(() => exrHeader(exact(twice), "a.exr"), (error) => isSentence(error) && /dataWindow is there twice/.test(error.message));
 });
 
 test("row 0 of a texture is the bottom row of the file, and no number is rounded", () => {

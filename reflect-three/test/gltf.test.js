@@ -30,6 +30,13 @@ test("files outside of the export are refused before they are asked for", async 
   }
 });
 
+test("names of files may have what an address has not", async () => {
+  const asked = [];
+  const source = { read: async (name) => asked.push(name) && new ArrayBuffer(4) };
+  await loadScene(scene({ buffers: [{ uri: "rock%20%231%3F.bin", byteLength: 4 }] }), "scene.gltf", source, () => {});
+  assert.deepEqual(asked, ["rock #1?.bin"]);
+});
+
 test("counts and lengths that would take memory are refused", async () => {
   for (const count of [2 ** 40, -1, 0.5, "4", null]) await assert.rejects(load({ accessors: [{ count, bufferView: 0, componentType: 5126, type: "VEC3" }] }), /accessors\[0\]\.count/);
   await assert.rejects(load({ accessors: [{ count: 2 ** 26, componentType: 5126, type: "VEC3" }] }), /accessors\[0\]\.count/);

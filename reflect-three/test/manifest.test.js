@@ -45,6 +45,27 @@ test("each refusal says where", () => {
   refused((m) => (m.pictures[0].behind = "images/a.exr"), /no plain name in pictures/);
 });
 
+test("names may be empty: what has no material is shown with one that has no name", () => {
+  const own = copy();
+  own.materials[0].name = own.scene.name = "";
+  checkManifest(own);
+});
+
+test("what reflect_addon/core/exchange/checked.py refuses is refused here", () => {
+  const id = Object.keys(manifest.images)[0];
+  refused((m) => (m.generator = 1), /generator/);
+  refused((m) => (m.scene.file = "scene.glb"), /scene.file is not scene.gltf/);
+  refused((m) => (m.scene.bytes = 2 ** 28 + 1), /scene.bytes/);
+  refused((m) => (m.look.exposure = 65), /look.exposure/);
+  refused((m) => (m.reflectors[0].node = 2 ** 24), /node/);
+  refused((m) => (m.reflectors[0].methods.auto.assets = []), /assets are none/);
+  refused((m) => (m.reflectors[0].methods.auto.slots[0][0] = 3.41e38), /slots/);
+  refused((m) => (m.reflectors[0].methods.auto.samplers = { a__b: id }), /no sampler/);
+  refused((m) => (m.reflectors[0].methods.auto.kind = "a b"), /kind is not a word/);
+  refused((m) => (m.pictures[0].methods["a b"] = m.pictures[0].truth), /not a word/);
+  refused((m) => Object.defineProperty(m.reflectors[0].methods, "__proto__", { value: m.reflectors[0].methods.auto, enumerable: true }), /not a word/);
+});
+
 test("images that are too large together are refused before any is read", () => {
   refused((m) => {
     const [id, image] = Object.entries(m.images)[0];

@@ -14,6 +14,13 @@ test("files of a chosen folder are found beside their manifest, and by nothing e
   await assert.rejects(source.read("images/b.exr", 1, true), isSentence);
 });
 
+test("another origin's Content-Length is not believed: of a packed file it is the packed one's", async (t) => {
+  const response = new Response("12345", { headers: { "Content-Length": "3" } });
+  Object.defineProperty(response, "type", { value: "cors" });
+  t.mock.method(globalThis, "fetch", async () => response);
+  assert.equal((await sourceOf("https://example.com/e/").read("scene.gltf", 5, true)).byteLength, 5);
+});
+
 test("a server's files: missing ones, and ones that never end, are told with a sentence", async () => {
   const server = createServer((request, response) => {
     if (request.url === "/e%20x/reflect.json") return response.end("{}");

@@ -12,6 +12,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..core.asset_places import file_name
 from ..core.errors import ReflectError
 from ..core.exchange.manifest import EXTENSION, FILE_NAME, SCENE_NAME
 from ..core.safe_write import ELSEWHERE
@@ -37,7 +38,7 @@ def export_gltf(scene: bpy.types.Scene, folder: Path) -> "SceneGltf":
     path = Path(folder) / SCENE_NAME
     layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
     try:
-        with attributes(_own_materials(scene)), bpy.context.temp_override(scene=scene, view_layer=layer):
+        with attributes([*_own_materials(scene), *_file_names()]), bpy.context.temp_override(scene=scene, view_layer=layer):
             bpy.ops.export_scene.gltf(filepath=str(path), **SETTINGS)
         textures = path.parent / TEXTURES
         if textures.is_dir() and not any(textures.iterdir()):
@@ -86,7 +87,7 @@ class SceneGltf:
         self.document.setdefault("extensions", {})[EXTENSION] = {"manifest": FILE_NAME}
         for index, node in enumerate(nodes):
             self._nodes[node].setdefault("extensions", {})[EXTENSION] = {"reflector": index}
-        self.path.write_text(json.dumps(self.document, indent=1, ensure_ascii=False, allow_nan=False), encoding="utf-8")
+        self.path.write_text(json.dumps(self.document, indent=1, allow_nan=False), encoding="ascii")
 
     def _world_matrices(self) -> dict[int, np.ndarray]:
         """By node of the scene: gltf's world from the node."""
@@ -102,6 +103,16 @@ def _own_materials(scene: bpy.types.Scene) -> list[Change]:
     """The artist's materials in place of those of *Use in Materials*, whose nodes only Blender draws."""
     slots = [slot for obj in scene.objects if obj.library is None for slot in obj.material_slots]
     return [(slot, "material", original_of(slot.material)) for slot in slots if original_of(slot.material) != slot.material]
+
+
+def _file_names() -> list[Change]:
+    """Images under names that every system takes for a file's: the exporter writes to their names as they are, and one may be "../../photo". ReflectError: such a
+    name in a linked file, where it cannot be changed."""
+    images = [image for image in bpy.data.images if image.type not in ("RENDER_RESULT", "COMPOSITING")]
+    for image in images:
+        if not image.is_editable and any(c in '/\\:' for c in image.name):
+            raise ReflectError(f"The linked image {image.name} has a name that no file can have, and Blender's exporter would write to it.", "Rename it in its own file.")
+    return [(image, "name", file_name(image.name)) for image in images if image.is_editable]
 
 
 def matrix_of(node: dict) -> np.ndarray:

@@ -4,6 +4,7 @@ Each image, kernel and asset is written once, whoever uses it: its name holds th
 """
 
 import hashlib
+import json
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +16,9 @@ from ..core import dds, methods, shading
 from ..core.asset import Asset, asset_of
 from ..core.asset_images import size_of
 from ..core.camera import Camera
+from ..core.errors import ReflectError
 from ..core.exchange import manifest as m
+from ..core.exchange.checked import manifest_of
 from ..core.kernel import ES_300, emit_glsl, emitted, record_function
 from ..core.look import TABLE_SIDE
 from ..core.look import Look as SceneLook
@@ -48,11 +51,12 @@ class SceneExport:
         instances = self.snapshot.reflectors()
         for k, instance in enumerate(instances):
             say(k / len(instances), f"writing {instance.name}")
-            answers = {name: self._answer(asset) for name, some in assets.items() if (asset := asset_of(some, instance)) is not None}
             node = self.gltf.mesh_node(instance.object_name, instance.world_from_object, {r.node for r in found})
             if node is None:
                 self.sentences.append(f"{instance.name} is not in the glTF that Blender's exporter wrote: it has no reflections there.")
-            elif answers:
+                continue
+            answers = {name: self._answer(asset) for name, some in assets.items() if (asset := asset_of(some, instance)) is not None}
+            if answers:
                 found.append(m.Reflector(instance.name, node, self._mirroring(instance), answers))
         self.gltf.mark([r.node for r in found])
         return tuple(found)
@@ -71,7 +75,7 @@ class SceneExport:
         self._pictures.append(m.Picture(camera, node, view.width, view.height, tuple(view.clip_from_camera.T.ravel().tolist()), files["behind"], files["truth"], shown))
 
     def finish(self, reflectors: tuple[m.Reflector, ...], look: SceneLook, plan: Plan | None) -> m.Manifest:
-        """Writes the manifest."""
+        """Writes the manifest. ReflectError: it is one that readers refuse, as more than 4 GiB of images."""
         content = self.gltf.path.read_bytes()
         scene = m.SceneFile(m.SCENE_NAME, self.snapshot.scene_name, len(content), hashlib.sha256(content).hexdigest())
         table = None
@@ -84,7 +88,12 @@ class SceneExport:
             f"Reflect in Blender {bpy.app.version_string}", scene, m.Look(look.exposure, table), self._images, self._shaders, self._assets, tuple(self._materials),
             reflectance, reflectors, tuple(self._pictures), document_of(plan) if plan else None,
         )  # fmt: skip
-        (self.folder / m.FILE_NAME).write_bytes(m.text_of(made))
+        content = m.text_of(made)
+        try:
+            manifest_of(json.loads(content), Path(m.FILE_NAME))
+        except ReflectError as error:  # else nobody could read the export, nor replace it
+            raise ReflectError(f"This scene makes no export that could be read: {error.message.partition(': ')[2]}", "Export fewer methods with --methods.") from error
+        (self.folder / m.FILE_NAME).write_bytes(content)
         return made
 
     def _answer(self, asset: Asset) -> m.Answer:

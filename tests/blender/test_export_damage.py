@@ -134,21 +134,42 @@ def test_links_that_leave_are_not_read(spoiled, name):
     refuses(spoiled, "", all_of_it=True)
 
 
+def with_another_picture(export: Path, change) -> None:
+    """Changes an EXR's bytes; checksum, name and manifest go along."""
+    document = json.loads((export / "reflect.json").read_text())
+    key, image = next((k, i) for k, i in document["images"].items() if i["kind"] == "tx")
+    data = bytearray((export / image["file"]).read_bytes())
+    change(data)
+    digest = hashlib.sha256(data).hexdigest()
+    new = f"{key[:-12]}{digest[:12]}"
+    text = (export / "reflect.json").read_text().replace(key, new).replace(image["sha256"], digest)
+    (export / "reflect.json").write_text(text.replace(f'"bytes": {image["bytes"]},', f'"bytes": {len(data)},'))
+    (export / image["file"]).unlink()
+    (export / "images" / f"{new}.exr").write_bytes(data)
+
+
+def test_a_header_that_says_two_things_is_refused(spoiled):
+    """A small picture for us and a large one for the decoder."""
+
+    def again(data):
+        start = data.index(b"dataWindow\0")
+        end = start + len(b"dataWindow\0box2i\0") + 4 + 16
+        data[end:end] = data[start:end]
+
+    with_another_picture(spoiled, again)
+    refuses(spoiled, "its header says", all_of_it=True)
+
+
 @pytest.mark.parametrize("at", ["channels", "dataWindow", "compression"])
 def test_a_header_that_says_something_else_is_refused(spoiled, at):
     """The checksum is right and the manifest agrees with it: only the picture's own header does not."""
-    document = json.loads((spoiled / "reflect.json").read_text())
-    key, image = next((k, i) for k, i in document["images"].items() if i["kind"] == "tx")
-    data = bytearray((spoiled / image["file"]).read_bytes())
-    start = data.index(at.encode() + b"\0") + len(at) + 1
-    start = data.index(b"\0", start) + 5  # after the type's name and the size
-    data[start + {"channels": 2, "dataWindow": 8, "compression": 0}[at]] ^= 3
-    digest = hashlib.sha256(data).hexdigest()
-    new = f"{key[:-12]}{digest[:12]}"
-    text = (spoiled / "reflect.json").read_text().replace(key, new).replace(image["sha256"], digest)
-    (spoiled / "reflect.json").write_text(text)
-    (spoiled / image["file"]).unlink()
-    (spoiled / "images" / f"{new}.exr").write_bytes(data)
+
+    def other(data):
+        start = data.index(at.encode() + b"\0") + len(at) + 1
+        start = data.index(b"\0", start) + 5  # after the type's name and the size
+        data[start + {"channels": 2, "dataWindow": 8, "compression": 0}[at]] ^= 3
+
+    with_another_picture(spoiled, other)
     refuses(spoiled, "its header says", all_of_it=True)
 
 

@@ -15,6 +15,7 @@ from page_reader import Page
 
 from reflect_addon import cli
 from reflect_addon.core.asset_files import load_asset
+from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.exchange.reading import read_export
 from reflect_addon.evaluation.export_file import write_export
 from reflect_addon.scene.export_gltf import GLTF_FROM_BLENDER, export_gltf
@@ -89,6 +90,36 @@ def test_materials_are_the_artists_own(saved, tmp_path):
     assert {m["name"] for m in json.loads((tmp_path / "out" / "scene.gltf").read_text())["materials"]} == {"Metal"}
 
 
+def test_no_name_of_an_image_leads_out(saved, tmp_path):
+    """Blender's exporter writes to an image's name as it is."""
+    (tmp_path / "mine.png").write_text("mine")
+    names = ("../../mine", "a/b", "con", "Wood", "wood", "é?")
+    for k, name in enumerate(names):
+        material = principled(f"Painted {k}")
+        picture = material.node_tree.nodes.new("ShaderNodeTexImage")
+        picture.image = bpy.data.images.new(name, 4, 4)
+        material.node_tree.links.new(picture.outputs["Color"], material.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
+        ball(f"Painted {k}", material, segments=8, at=(0, 3, k))
+    write_export(bpy.context.scene, (), tmp_path / "out" / "export")
+    assert {image.name for image in bpy.data.images} >= set(names), "as they were"
+    assert (tmp_path / "mine.png").read_text() == "mine" and os.listdir(tmp_path / "out") == ["export"]
+    pictures = os.listdir(tmp_path / "out" / "export" / "textures")
+    assert len({name.lower() for name in pictures}) == len(names) and all(name.isascii() for name in pictures)
+
+
+def test_a_linked_image_whose_name_leads_out_is_refused(saved, tmp_path):
+    """A linked name cannot be changed, not even for the length of an export."""
+    library = tmp_path / "library.blend"
+    image = bpy.data.images.new("../../mine", 4, 4)
+    bpy.data.libraries.write(str(library), {image})
+    bpy.data.images.remove(image)
+    with bpy.data.libraries.load(str(library), link=True) as (there, here):
+        here.images = there.images
+    with pytest.raises(ReflectError, match="The linked image ../../mine"):
+        write_export(bpy.context.scene, (), tmp_path / "out")
+    assert set(os.listdir(tmp_path)) == {"file", "library.blend"}
+
+
 def test_an_export_replaces_an_export_and_nothing_else(saved, tmp_path, capfd):
     out = tmp_path / "out"
     assert run(capfd, "export", saved, "--out", out)[0] == 0
@@ -122,6 +153,23 @@ def test_what_fails_leaves_the_earlier_export(saved, tmp_path, capfd, monkeypatc
     status, _, said = run(capfd, "export", saved, "--out", out)
     assert status == 1 and "No space left" in said and "Traceback" not in said
     assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == before and set(os.listdir(tmp_path)) == {"file", "out"}
+
+
+def test_what_no_reader_would_take_is_not_written(saved, tmp_path, monkeypatch):
+    monkeypatch.setattr("reflect_addon.core.exchange.checked.MAX_BYTES", 100)
+    with pytest.raises(ReflectError, match="no export that could be read: images declare"):
+        write_export(bpy.context.scene, (), tmp_path / "out")
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_a_reflector_without_a_material(fresh_file, tmp_path):
+    """One that is marked by hand: its material has no name, here and in glTF."""
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    with object_properties():
+        ball("Bare", None, segments=8).reflect_mark = "YES"
+        save_assets(bpy.context.scene)
+        write_export(bpy.context.scene, (), tmp_path / "out")
+    assert [material.name for material in read_export(tmp_path / "out").manifest.materials] == [""]
 
 
 def test_what_cannot_be_exported_is_said(saved, tmp_path, capfd):

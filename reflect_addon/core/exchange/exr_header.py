@@ -48,6 +48,8 @@ def _attributes(head: bytes) -> dict[str, bytes]:
         (size,) = struct.unpack_from("<I", head, at)
         if at + 4 + size > len(head):
             raise ValueError("cut short")
+        if name in found:
+            raise ValueError("said twice: a decoder may believe the other one")
         found[name] = head[at + 4 : at + 4 + size]
         at += 4 + size
         if at >= len(head):

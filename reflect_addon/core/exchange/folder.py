@@ -15,7 +15,9 @@ from urllib.parse import unquote
 
 from ..errors import ReflectError
 from ..processes import remove_abandoned, temporary_name
+from ..safe_read import read_bytes
 from ..safe_write import ELSEWHERE, check_folder
+from .checked import MAX_SCENE_BYTES
 from .manifest import SCENE_NAME
 from .reading import read_manifest
 
@@ -40,7 +42,7 @@ def whole_folder(target: Path) -> Iterator[Path]:
                 os.rename(target, earlier)
             try:
                 os.rename(temporary, target)
-            except OSError:
+            except BaseException:
                 if earlier.exists():
                     os.rename(earlier, target)
                 raise
@@ -74,8 +76,8 @@ def check_target(target: Path) -> None:
 def named_by_gltf(folder: Path) -> set[str]:
     """The files that an export's glTF names, beside itself."""
     try:
-        document = json.loads((folder / SCENE_NAME).read_bytes())
+        document = json.loads(bytes(read_bytes(folder / SCENE_NAME, MAX_SCENE_BYTES, remedy=ANOTHER)))
         entries = [*document.get("buffers", ()), *document.get("images", ())]
         return {unquote(entry["uri"]) for entry in entries if isinstance(entry.get("uri"), str)}
-    except (OSError, ValueError, AttributeError, TypeError, KeyError) as error:
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
         raise ReflectError(f"{folder / SCENE_NAME} cannot be read ({error}).", ANOTHER) from error
