@@ -63,6 +63,7 @@ def poll_says(operator) -> str:
 
 
 def test_polls_in_an_empty_scene(registered):
+    bpy.context.scene.name = "Empty"  # unsaved scenes have their assets by name, all tests of a process in one folder
     assert "Choose a method" in poll_says(bpy.ops.reflect.bake)
     bpy.context.scene.reflect.method = "environment"
     assert "empty" in poll_says(bpy.ops.reflect.bake)

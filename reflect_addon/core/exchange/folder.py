@@ -2,7 +2,7 @@
 
 Problem. A folder cannot be renamed over a full one, and what stands there may be somebody's own.
 Idea. All is written beside the target, under a name that says whose it is. An earlier export is moved aside, the new one takes its place, then the earlier
-one is deleted; a failure puts it back. It is deleted only when it holds nothing but what its own manifest and glTF name.
+one is deleted; a failure puts it back, after a kill the next export does. It is deleted only when it holds nothing but what its own manifest and glTF name.
 """
 
 import json
@@ -18,10 +18,11 @@ from ..processes import remove_abandoned, temporary_name
 from ..safe_read import read_bytes
 from ..safe_write import ELSEWHERE, check_folder
 from .checked import MAX_SCENE_BYTES
-from .manifest import SCENE_NAME
+from .manifest import FILE_NAME, SCENE_NAME
 from .reading import read_manifest
 
 ANOTHER = "Choose another folder with --out."
+EARLIER = "~earlier"  # after the name of an export that is being replaced: no temporary name, or what a kill left would be deleted as abandoned
 
 
 @contextmanager
@@ -29,8 +30,11 @@ def whole_folder(target: Path) -> Iterator[Path]:
     """Yields an empty folder beside the target, which takes its place when the block ends and is deleted when the block raises. ReflectError: the target is
     something else than an earlier export, or the disk refuses."""
     target = Path(target).absolute()
+    temporary, earlier = target.parent / temporary_name(), target.with_name(target.name + EARLIER)
+    if not os.path.lexists(target) and _is_export(earlier):  # a kill came between the two renames
+        os.rename(earlier, target)
     check_target(target)
-    temporary, earlier = target.parent / temporary_name(), target.parent / temporary_name()
+    moved = replaced = False
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         remove_abandoned(target.parent)
@@ -39,19 +43,29 @@ def whole_folder(target: Path) -> Iterator[Path]:
             yield temporary
             check_target(target)  # someone may have worked there meanwhile
             if os.path.lexists(target):
+                if _is_export(earlier):  # a kill came before it was deleted
+                    shutil.rmtree(earlier)
                 os.rename(target, earlier)
-            try:
-                os.rename(temporary, target)
-            except BaseException:
-                if earlier.exists():
-                    os.rename(earlier, target)
-                raise
+                moved = True
+            os.rename(temporary, target)
+            replaced = True
         finally:
             shutil.rmtree(temporary, ignore_errors=True)  # already renamed, or what a failure left
-            if target.exists():
+            if moved and replaced:
                 shutil.rmtree(earlier, ignore_errors=True)
+            elif moved:
+                os.rename(earlier, target)
     except OSError as error:
         raise ReflectError(f"{target} could not be written ({error.strerror or error}).", ELSEWHERE) from error
+
+
+def _is_export(folder: Path) -> bool:
+    """Whether a folder holds an export of ours and nothing else."""
+    try:
+        check_target(folder)
+    except ReflectError:
+        return False
+    return (folder / FILE_NAME).is_file()
 
 
 def check_target(target: Path) -> None:
