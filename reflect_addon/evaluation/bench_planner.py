@@ -137,8 +137,10 @@ def judged(name: str, scene: bpy.types.Scene, folder: Path, say, bake: dict) -> 
         job_of, silent = jobs_without_light(snapshot), lambda share, text: True
         trace = job_of(snapshot.reflectors()[0]).trace
         seen = [one for one in views_of(scene, snapshot, snapshot.reflectors(), job_of)[0] if len(one.held_out.rays) and one.share > 0]
-        base, singles = {}, []
-        for number, method in enumerate(methods.planned()):
+        base, singles, shared = {}, [], {}
+        mirrored = any(mirrored_views(snapshot, one, shared) is not None for one in seen)
+        # Where no planar mirror is seen, a method that draws is the map behind its views by another name.
+        for number, method in enumerate(m for m in methods.planned() if mirrored or not draws(m)):
             say(number / 10, method)
             began = time.perf_counter()
             bake_assets(snapshot, (method,), folder / method, settings=bake, tracer=trace, progress=silent)
