@@ -160,8 +160,8 @@ export class Reflections {
       if (asked === this._asked) onProgress({ method, loaded: Math.min(loaded, total), total, shown: this.shown });
     };
     tell(0);
-    const { images, shaders, reflectance } = this.manifest;
-    const surface = await this._store.shader(reflectance, tell);
+    const { images, shaders, surface } = this.manifest;
+    const surfaceCode = await this._store.shader(surface, tell);
     await Promise.all(
       this._reflectors.map(async (reflector) => {
         const answer = answerOf(reflector.entry, method);
@@ -173,9 +173,9 @@ export class Reflections {
         ]);
         if (asked !== this._asked) return;
         const kernel = {
-          key: `${shaders[answer.shader].sha256} ${shaders[reflectance].sha256}`,
+          key: `${shaders[answer.shader].sha256} ${shaders[surface].sha256}`,
           answer: code,
-          reflectance: surface,
+          surface: surfaceCode,
           textures: Object.fromEntries(names.map((name, i) => [name, textures[i]])),
           slots: answer.slots,
         };
@@ -221,7 +221,7 @@ export class Reflections {
 
   /** What a method's reflectors read, each file once. */
   _files(method) {
-    const { images, shaders, reflectance, reflectors } = this.manifest;
+    const { images, shaders, surface, reflectors } = this.manifest;
     const files = new Map();
     const add = (file) => files.set(file.sha256, file);
     for (const reflector of reflectors) {
@@ -230,7 +230,7 @@ export class Reflections {
       add(shaders[answer.shader]);
       for (const id of Object.values(answer.samplers)) add(images[id]);
     }
-    if (files.size) add(shaders[reflectance]);
+    if (files.size) add(shaders[surface]);
     return files;
   }
 }

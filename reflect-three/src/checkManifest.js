@@ -8,7 +8,7 @@ import { DEFLATE, FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, NODE,
 
 /** Within format 1 there are these fields and no others. */
 const FIELDS = {
-  manifest: ["what", "format", "generator", "scene", "look", "images", "shaders", "assets", "materials", "reflectance", "reflectors", "pictures", "plan"],
+  manifest: ["what", "format", "generator", "scene", "look", "images", "shaders", "assets", "materials", "surface", "reflectors", "pictures", "plan"],
   scene: ["file", "name", "bytes", "sha256"],
   image: ["file", "kind", "width", "height", "bytes", "sha256"],
   shader: ["file", "bytes", "sha256"],
@@ -28,7 +28,7 @@ const SAMPLER = /^(?!gl_)(?!.*__)[A-Za-z][A-Za-z0-9_]{0,79}$/;
  * @typedef {{camera: string, node: number, width: number, height: number, projection: number[], behind: string, truth: string, methods: Record<string, string>}} PictureEntry
  * @typedef {{what: string, format: number, generator: string, scene: FileEntry, look: {exposure: number, table: string|null},
  *   images: Record<string, ImageEntry>, shaders: Record<string, FileEntry>, assets: Record<string, object>, materials: MaterialEntry[],
- *   reflectance: string, reflectors: ReflectorEntry[], pictures: PictureEntry[], plan: object|null}} Manifest
+ *   surface: string, reflectors: ReflectorEntry[], pictures: PictureEntry[], plan: object|null}} Manifest
  */
 
 /**
@@ -64,7 +64,7 @@ export function checkManifest(value) {
   checkLook(record(manifest.look, "look", ["exposure", "table"]), manifest);
   checkAssets(object(manifest.assets, "assets"), manifest);
   list(manifest.materials, "materials").forEach(checkMaterial);
-  entry(manifest.shaders, manifest.reflectance, "reflectance");
+  entry(manifest.shaders, manifest.surface, "surface");
   list(manifest.reflectors, "reflectors").forEach((reflector, i) => checkReflector(reflector, `reflectors[${i}]`, manifest));
   list(manifest.pictures, "pictures").forEach((picture, i) => checkPicture(picture, `pictures[${i}]`));
   return manifest;

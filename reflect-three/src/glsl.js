@@ -5,15 +5,15 @@
 
 /**
  * Declarations, kernel and helpers, to stand before three's own.
- * @param {{answer: string, reflectance: string, samplers: string[], slots: number}} kernel
+ * @param {{answer: string, surface: string, samplers: string[], slots: number}} kernel
  */
-export function kernelSource({ answer, reflectance, samplers, slots }) {
+export function kernelSource({ answer, surface, samplers, slots }) {
   return [
     "// Reflect: a kernel of the export, and what it reads.",
     ...samplers.map((name) => `uniform highp sampler2D ${name};`),
     slots ? `struct AnswerUniforms { vec4 slot[${slots}]; };\nuniform AnswerUniforms answer_uniforms;` : "",
     answer,
-    reflectance,
+    surface,
     HELPERS,
   ].join("\n");
 }
@@ -27,54 +27,34 @@ uniform vec4 reflect_numbers;     // metallic, ior, weight, roughness
 uniform bool reflect_backplate;   // the surface's own light comes from a picture
 uniform sampler2D reflect_behind;
 
-const float REFLECT_FILTER = 0.57735027;  // a level of a map is a tent of boxes and wider than a pixel of its size
-const float REFLECT_UNEVEN = 1.5;         // a pixel that is stretched less sends one ray
-const float REFLECT_FINE = 0.03;          // growth of the longest extent, per metre, that one ray may have
-
 vec3 reflect_unit_or(vec3 v, vec3 other)
 {
   float length_squared = dot(v, v);
   return (length_squared > 1e-12) ? v * inversesqrt(length_squared) : other;
 }
 
-// The mean of the rays that a pixel sends along the line that a curved surface stretches it (reflect_addon/core/pixel_rays.py); one in a window.
+// The mean of the rays that a pixel sends along the line that a curved surface stretches it; one in a window.
 // turned_x, turned_y: what R changes by from pixel to pixel; moved_x, moved_y: what P does.
 void reflect_answer(vec3 P, vec3 R, vec3 turned_x, vec3 turned_y, vec3 moved_x, vec3 moved_y, float width, float spread, float lobe,
                     out vec3 radiance, out float coverage)
 {
-  width *= REFLECT_FILTER;
-#if REFLECT_RAYS > 1
-  float xx = dot(turned_x, turned_x), xy = dot(turned_x, turned_y), yy = dot(turned_y, turned_y);
-  float uneven = 0.5 * (xx - yy);
-  float swing = sqrt(uneven * uneven + xy * xy);
-  float longest = 0.5 * (xx + yy) + swing;
-  float shortest = max(0.5 * (xx + yy) - swing, 0.0);
-  float cosine = clamp(uneven / max(swing, 1e-20), -1.0, 1.0);
-  vec2 line = vec2(sqrt(0.5 + 0.5 * cosine), sqrt(0.5 - 0.5 * cosine) * (xy < 0.0 ? -1.0 : 1.0));
-  float times = sqrt(min(longest / max(shortest, 1e-12), longest / (REFLECT_FINE * REFLECT_FINE)));
-  bool several = spread > REFLECT_FINE && times > REFLECT_UNEVEN;
-  float count = several ? min(2.0 * ceil(0.5 * times - 0.5) + 1.0, float(REFLECT_RAYS)) : 1.0;
-  float each = sqrt(0.5 * (longest / (count * count) + shortest));
-  spread = REFLECT_FILTER * (several ? min(each, spread) : spread);
-  spread = sqrt(spread * spread + lobe * lobe);
+  float rays, each_width, each_spread;
+  vec2 line;
+  rays_of_pixel(turned_x, turned_y, width, spread, float(REFLECT_RAYS), rays, line, each_width, each_spread);
+  each_spread = sqrt(each_spread * each_spread + lobe * lobe);
   vec3 turned = line.x * turned_x + line.y * turned_y;
   vec3 moved = line.x * moved_x + line.y * moved_y;
   vec3 sum = vec3(0.0);
   float known = 0.0;
   for (int i = 0; i < REFLECT_RAYS; i++) {
-    if (float(i) >= count) break;
-    float along = count > 1.5 ? (float(i) + 0.5) / count - 0.5 : 0.0;
-    answer(P + along * moved, normalize(R + along * turned), width, spread, radiance, coverage);
+    if (float(i) > rays - 0.5) break;
+    float along = (float(i) + 0.5) / rays - 0.5;
+    answer(P + along * moved, normalize(R + along * turned), each_width, each_spread, radiance, coverage);
     sum += clamp(radiance, -65504.0, 65504.0) * coverage;
     known += coverage;
   }
   radiance = sum / max(known, 1e-6);
-  coverage = known / count;
-#else
-  spread *= REFLECT_FILTER;
-  answer(P, R, width, sqrt(spread * spread + lobe * lobe), radiance, coverage);
-  radiance = clamp(radiance, -65504.0, 65504.0);
-#endif
+  coverage = known / rays;
 }
 
 // rel: the surface point in view space; normals in view space, the shading normal turned as the seen side of the triangle is.

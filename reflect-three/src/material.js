@@ -40,7 +40,7 @@ export class Shared {
 /**
  * @param {import("three").Material} base the material of glTF
  * @param {import("./checkManifest.js").MaterialEntry} entry
- * @param {{key: string, answer: string, reflectance: string, textures: Record<string, import("three").Texture>, slots: number[][]}} kernel
+ * @param {{key: string, answer: string, surface: string, textures: Record<string, import("three").Texture>, slots: number[][]}} kernel
  * @param {Shared} shared
  * @param {number} rays most rays of a pixel, odd
  */
@@ -55,7 +55,7 @@ export function reflectiveMaterial(base, entry, kernel, shared, rays) {
   };
   for (const name of samplers) uniforms[name] = { value: kernel.textures[name] };
   if (kernel.slots.length) uniforms.answer_uniforms = { value: { slot: new Float32Array(kernel.slots.flat()) } };
-  const source = kernelSource({ answer: kernel.answer, reflectance: kernel.reflectance, samplers, slots: kernel.slots.length });
+  const source = kernelSource({ answer: kernel.answer, surface: kernel.surface, samplers, slots: kernel.slots.length });
 
   material.defines = { ...material.defines, REFLECT_RAYS: rays };
   material.onBeforeCompile = (shader) => {

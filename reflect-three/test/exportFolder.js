@@ -43,7 +43,7 @@ export function exportFolder() {
   const buf = image("buf", 3, 33, exrFile(3, 33, "float", (x, y, c) => Math.fround(x + 0.1 * y + c)));
   const bc1 = image("bc1", 8, 8, ddsFile(8, 8, Array.from({ length: 32 }, (_, i) => (37 * i) & 255)));
   const answer = shader("void answer(vec3 o, vec3 d, float w, float s, out vec3 r, out float c) { r = d; c = 1.0; }\n");
-  const reflectance = shader("void surface_reflectance(float c, vec3 b, float m, vec3 t, float i, float w, out vec3 r, out float o) { r = b; o = 1.0; }\n");
+  const surface = shader("void surface_reflectance(float c, vec3 b, float m, vec3 t, float i, float w, out vec3 r, out float o) { r = b; o = 1.0; }\n");
   const scene = exact(Buffer.from(JSON.stringify({ asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ name: "ball", extensions: { REFLECT_reflections: { reflector: 0 } } }] })));
   files.set("scene.gltf", scene);
   const method = (kind, samplers) => ({ kind, assets: ["ball-0123456789ab"], shader: answer, samplers, slots: [[1, 2, 3, 4], [0, -1, 0.5, 1e-3]], bytes: 4096 });
@@ -57,7 +57,7 @@ export function exportFolder() {
     shaders,
     assets: { "ball-0123456789ab": { kind: "environment", reflector: "ball", uniforms: { a: [1, 2] }, images: { maps_tx: tx, table_buf: buf } } },
     materials: [{ name: "Mirror", base_color: [1, 0.9, 0.8], metallic: 1, specular_tint: [1, 1, 1], ior: 1.45, weight: 1, roughness: 0.1 }],
-    reflectance,
+    surface,
     reflectors: [{ name: "ball", node: 0, materials: [0], methods: { environment: method("environment", { asset_maps_tx: tx }), auto: method("box", { asset_maps_bc1: bc1, asset_table_buf: buf }) } }],
     pictures: [{ camera: "Camera", node: 0, width: 64, height: 48, projection: [1.5, 0, 0, 0, 0, 2, 0, 0, 0, 0, -1, -1, 0, 0, -0.2, 0], behind: "pictures/behind-0123456789ab.exr", truth: "pictures/truth-0123456789ab.png", methods: { environment: "pictures/environment-0123456789ab.png" } }],
     plan: null,

@@ -40,7 +40,7 @@ test("each refusal says where", () => {
   refused((m) => (m.reflectors[0].methods.auto.slots[0][2] = NaN), /slots\[0\]\[2\]/);
   refused((m) => (m.reflectors[0].methods.auto.samplers = { "a; } void main() {": id }), /no sampler/);
   refused((m) => (m.reflectors[0].methods.auto.shader = "constructor"), /names "constructor"/);
-  refused((m) => (m.reflectance = "__proto__"), /__proto__/);
+  refused((m) => (m.surface = "__proto__"), /__proto__/);
   refused((m) => (m.assets["ball-0123456789ab"].uniforms.a = [1e999]), /uniforms.a\[0\]/);
   refused((m) => (m.pictures[0].behind = "images/a.exr"), /no plain name in pictures/);
 });

@@ -9,9 +9,7 @@ from ..scene.bake_job import start_bake, unsaved_images
 from ..scene.camera import viewport_cameras
 from ..scene.worker import BakeState, Worker
 from ..ui.preferences import worker_preference
-
-POLL_INTERVAL = 0.1  # s between looks at the worker
-STEPS = 1000  # of Blender's own progress display
+from .window_work import WindowWork
 
 _running: Worker | None = None
 
@@ -21,7 +19,7 @@ def running() -> Worker | None:
     return _running
 
 
-class REFLECT_OT_bake(bpy.types.Operator):
+class REFLECT_OT_bake(WindowWork, bpy.types.Operator):
     bl_idname = "reflect.bake"
     bl_label = "Bake"
     bl_description = "Bake what the chosen method needs, in another process; Esc cancels. The scene itself is not changed"
@@ -65,10 +63,7 @@ class REFLECT_OT_bake(bpy.types.Operator):
             self._start(context)
         except ReflectError as error:
             return self._fail(context, error)
-        self._timer = context.window_manager.event_timer_add(POLL_INTERVAL, window=context.window)
-        context.window_manager.progress_begin(0, STEPS)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self._enter_window(context)
 
     def modal(self, context, event):
         if event.type == "ESC" and event.value == "PRESS":
@@ -78,8 +73,7 @@ class REFLECT_OT_bake(bpy.types.Operator):
             return {"PASS_THROUGH"}
         state = _running.poll()
         if state.running:
-            context.window_manager.progress_update(int(state.fraction * STEPS))
-            context.workspace.status_text_set(f"Reflect: {state.fraction:.0%}  {state.message}  (Esc cancels)")
+            self._show(context, state)
             live.redraw_panels()
             return {"PASS_THROUGH"}
         self._leave_window(context)
@@ -122,12 +116,6 @@ class REFLECT_OT_bake(bpy.types.Operator):
         live.redraw_panels()
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
-
-    def _leave_window(self, context):
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        if context.workspace:
-            context.workspace.status_text_set(None)
 
 
 def stop() -> None:

@@ -9,15 +9,14 @@ from ..scene.export_job import folder_in, start_export
 from ..scene.places import assets_of
 from ..scene.worker import BakeState, Worker
 from ..ui.preferences import worker_preference
+from .window_work import WindowWork
 
-POLL_INTERVAL = 0.1  # s between looks at the worker
-STEPS = 1000  # of Blender's own progress display
 LABEL = "Reflections (glTF + stand-ins)"
 
 _running: Worker | None = None
 
 
-class REFLECT_OT_export(bpy.types.Operator):
+class REFLECT_OT_export(WindowWork, bpy.types.Operator):
     bl_idname = "reflect.export"
     bl_label = "Export Reflections"
     bl_description = (
@@ -59,10 +58,7 @@ class REFLECT_OT_export(bpy.types.Operator):
             return {"CANCELLED"}
         if bpy.app.background:
             return self._finish(_running.wait())
-        self._timer = context.window_manager.event_timer_add(POLL_INTERVAL, window=context.window)
-        context.window_manager.progress_begin(0, STEPS)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self._enter_window(context)
 
     def modal(self, context, event):
         if _running is None:  # the add-on was switched off meanwhile
@@ -75,8 +71,7 @@ class REFLECT_OT_export(bpy.types.Operator):
             return {"PASS_THROUGH"}
         state = _running.poll()
         if state.running:
-            context.window_manager.progress_update(int(state.fraction * STEPS))
-            context.workspace.status_text_set(f"Reflect: {state.fraction:.0%}  {state.message}  (Esc cancels)")
+            self._show(context, state)
             return {"PASS_THROUGH"}
         self._leave_window(context)
         return self._finish(state)
@@ -97,12 +92,6 @@ class REFLECT_OT_export(bpy.types.Operator):
             self.report({"WARNING"}, sentence)
         self.report({"INFO"}, f"Exported to {self._out}")
         return {"FINISHED"}
-
-    def _leave_window(self, context):
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        if context.workspace:
-            context.workspace.status_text_set(None)
 
 
 def stop() -> None:

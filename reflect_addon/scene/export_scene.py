@@ -12,7 +12,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core import dds, methods, shading
+from ..core import dds, methods, pixel_rays, shading
 from ..core.asset import Asset, asset_of
 from ..core.asset_images import size_of
 from ..core.camera import Camera
@@ -82,11 +82,9 @@ class SceneExport:
         if look.table is not None:
             unrolled = look.table.transpose(1, 0, 2, 3).reshape(TABLE_SIDE, TABLE_SIDE**2, 3)  # row = green, column = 64 blue + red
             table = self._image("look", m.LOOK_KIND, np.concatenate([unrolled, np.ones_like(unrolled[..., :1])], -1).astype(np.float16))
-        program = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options={"has_metal": True, "has_dielectric": True})
-        reflectance = self._shader(emit_glsl(program, ("reflectance", "opacity"), "surface_reflectance", dialect=ES_300).source)
         made = m.Manifest(
             f"Reflect in Blender {bpy.app.version_string}", scene, m.Look(look.exposure, table), self._images, self._shaders, self._assets, tuple(self._materials),
-            reflectance, reflectors, tuple(self._pictures), document_of(plan) if plan else None,
+            self._shader(surface_source()), reflectors, tuple(self._pictures), document_of(plan) if plan else None,
         )  # fmt: skip
         content = m.text_of(made)
         try:
@@ -164,3 +162,11 @@ class SceneExport:
         new = path.with_name(f"{name}-{digits}.{ending}")
         os.replace(path, new)
         return new.relative_to(self.folder).as_posix()
+
+
+def surface_source() -> str:
+    """What a surface does before and after a ray is answered: how many rays a pixel sends (core/pixel_rays.py), and what it makes of what they bring (core/shading.py)."""
+    mirrors = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options={"has_metal": True, "has_dielectric": True})
+    pixel = record_function(pixel_rays.rays, pixel_rays.INPUTS)
+    parts = ((mirrors, ("reflectance", "opacity"), "surface_reflectance"), (pixel, ("rays", "line", "width", "spread"), "rays_of_pixel"))
+    return "".join(emit_glsl(program, wanted, name, dialect=ES_300).source for program, wanted, name in parts)

@@ -331,7 +331,7 @@ def test_a_modal_bake_is_cancelled(ball, monkeypatch, way):
     fake_worker(monkeypatch, "print(json.dumps({'progress': .5, 'message': 'half'}), flush=True); time.sleep(60)")
     events, reports = Events(), []
     operator = SimpleNamespace(selected=False, only="", report=lambda kind, text: reports.append(text))
-    for name in ("execute", "_start", "_finish", "_fail", "_leave_window"):
+    for name in ("execute", "_start", "_finish", "_fail", "_enter_window", "_show", "_leave_window"):
         setattr(operator, name, getattr(bake.REFLECT_OT_bake, name).__get__(operator))
     step = lambda kind: bake.REFLECT_OT_bake.modal(operator, events, SimpleNamespace(type=kind, value="PRESS"))
     bake.REFLECT_OT_bake.begin(operator, events)

@@ -9,7 +9,7 @@ from gles_bench import Job, run_gles
 from mesh_scenes import job as bake_job
 from tolerances_nodes import KERNEL_BRINK_SHARE
 
-from reflect_addon.core import bc1, methods, shading
+from reflect_addon.core import bc1, methods, pixel_rays, shading
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import ES_300, emit_glsl, emitted, evaluate, record, record_function, run_numpy
 from reflect_addon.core.rays import Answer, Rays
@@ -80,3 +80,17 @@ def test_reflectance(rng, tmp_path):
     wanted = evaluate(program, given)
     for name in ("reflectance", "opacity"):
         np.testing.assert_allclose(got[name], wanted[name], rtol=tolerances.KERNEL_RADIANCE_RELATIVE, atol=1e-5)
+
+
+def test_rays_of_a_pixel(rng, tmp_path):
+    count = 4096
+    given = {name: rng.normal(0, 0.1, (count, 3)).astype("f") for name in ("along_x", "along_y")}
+    given |= {"width": rng.random(count).astype("f"), "spread": (0.2 * rng.random(count)).astype("f"), "most": rng.choice([1, 3, 7], count).astype("f")}
+    program = record_function(pixel_rays.rays, pixel_rays.INPUTS)
+    wanted = evaluate(program, given)
+    kernel = emit_glsl(program, tuple(wanted), "rays_of_pixel", dialect=ES_300)
+    (got,) = run_gles([job_of(kernel, Asset("", "", {}), given)], tmp_path)
+    same = got["rays"] == wanted["rays"]  # a count next to its limit may be the other one
+    assert same.mean() > 0.999 and set(np.unique(got["rays"])) == {1, 3, 5, 7}
+    for name in ("line", "width", "spread"):
+        np.testing.assert_allclose(got[name][same], wanted[name][same], rtol=1e-3, atol=1e-5)

@@ -64,7 +64,7 @@ def _check(manifest: Manifest, path: Path) -> None:
         _asset(f"assets[{key[:60]!r}]", key, entry, manifest.images, path)
     for k, material in enumerate(manifest.materials):
         _material(f"materials[{k}]", material)
-    _need(manifest.reflectance in manifest.shaders, "reflectance", "is no shader of the manifest")
+    _need(manifest.surface in manifest.shaders, "surface", "is no shader of the manifest")
     for k, reflector in enumerate(manifest.reflectors):
         name = f"reflectors[{k}]"
         _need(0 <= reflector.node < 1 << 24, f"{name}.node", "is no node")

@@ -110,7 +110,7 @@ class Manifest:
     shaders: dict[str, Shader]
     assets: dict[str, dict]  # core/asset_document.document_of and `images`: name -> image id
     materials: tuple[Material, ...]
-    reflectance: str  # shader id
+    surface: str  # shader id
     reflectors: tuple[Reflector, ...]
     pictures: tuple[Picture, ...]
     plan: dict | None
