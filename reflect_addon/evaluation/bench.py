@@ -121,6 +121,11 @@ def _targets(papers: list[str], out: Path, progress, only: tuple[str, ...]) -> l
                 exhibits.append(one)
             else:
                 rows.append(Target(**one))
+    return write_targets(rows, exhibits, out)
+
+
+def write_targets(rows: list[Target], exhibits: list[exhibit.Exhibit], out: Path) -> list[Path]:
+    """Writes DIR/targets.json and, where there are exhibits, DIR/exhibits.json with their pictures; returns their paths."""
     path = out / FILE_NAME
     data = {"format": FORMAT, "rows": [asdict(row) for row in rows]}
     write_whole(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())

@@ -6,12 +6,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from compared import reflector_pixels
 from node_package import chromium, need_packages
 
 from reflect_addon.core import methods as registry
 from reflect_addon.core.exchange.reading import read_export
 from reflect_addon.evaluation.export_file import Shot, write_export
+from tools.exports.compared import reflector_pixels
 
 SIZE, SAMPLES, RESOLUTION = (320, 240), 4, 32
 BLEND = Path(__file__).resolve().parents[2] / "sample_blends" / "contact.blend"

@@ -1,77 +1,22 @@
-"""reflect-three as a developer has it: node's packages, Chromium, and its scripts run. What cannot be had is skipped loudly, with the reason."""
+"""tools/exports/node_package.py for tests: what cannot be had is skipped loudly, with the reason."""
 
-import fcntl
 import functools
-import hashlib
-import json
-import os
-import shutil
-import subprocess
-import tempfile
-from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).resolve().parents[2] / "reflect-three"
-OLDEST_NODE = 20
-INSTALL_S, RUN_S = 240, 500
+from tools.exports import node_package
+from tools.exports.node_package import PACKAGE, Failed  # noqa: F401
 
 
-def node(*arguments, cwd: Path = PACKAGE) -> str:
-    """What a script prints. A script that fails, fails the test with what it said."""
-    run = subprocess.run(["node", *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=RUN_S)
-    assert run.returncode == 0, f"node {arguments[0]}: {run.stdout[-3000:]}\n{run.stderr[-3000:]}"
-    return run.stdout
-
-
-@functools.cache
-def need_node() -> None:
-    """Node itself, for what needs no package."""
-    if not shutil.which("node") or not shutil.which("npm"):
-        pytest.skip("SKIPPED: no node and npm on PATH; reflect-three cannot be tried")
-    version = subprocess.run(["node", "--version"], capture_output=True, text=True).stdout.strip()
-    if int(version.lstrip("v").split(".")[0]) < OLDEST_NODE:
-        pytest.skip(f"SKIPPED: node is {version}, and reflect-three's tests need {OLDEST_NODE}")
-
-
-@functools.cache
-def need_packages() -> None:
-    """node_modules as package-lock.json says, installed once (the folder is ignored by git); tests in other processes wait for it."""
-    need_node()
-    wanted = hashlib.sha256((PACKAGE / "package-lock.json").read_bytes()).hexdigest()
-    stamp = PACKAGE / "node_modules" / "reflect.lock"
-    with open(Path(tempfile.gettempdir()) / f"reflect-npm-{hashlib.sha256(str(PACKAGE).encode()).hexdigest()[:12]}.lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if stamp.exists() and stamp.read_text() == wanted:
-            return
+def _or_skipped(call):
+    @functools.wraps(call)
+    def had(*arguments, **named):
         try:
-            command = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"]
-            run = subprocess.run(command, cwd=PACKAGE, capture_output=True, text=True, timeout=INSTALL_S)
-        except subprocess.TimeoutExpired:
-            pytest.skip(f"SKIPPED: npm ci took more than {INSTALL_S} s")
-        if run.returncode:
-            pytest.skip(f"SKIPPED: npm ci cannot install reflect-three's packages: {run.stderr.strip()[-300:]}")
-        stamp.write_text(wanted)
+            return call(*arguments, **named)
+        except node_package.Missing as missing:
+            pytest.skip(f"SKIPPED: {missing}")
+
+    return had
 
 
-@functools.cache
-def chromium() -> str:
-    """Chromium's path; installed from Debian's packages where that may be done."""
-    names = ("chromium", "chromium-browser", "google-chrome")
-    found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, names)), None)
-    if not found and os.name == "posix" and os.geteuid() == 0 and shutil.which("apt-get"):
-        for command in (["apt-get", "update"], ["apt-get", "install", "-y", "--no-install-recommends", "chromium"]):
-            subprocess.run(command, capture_output=True, timeout=INSTALL_S, env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"})
-        found = shutil.which("chromium")
-    if not found:
-        pytest.skip("SKIPPED: no Chromium on PATH, nor could it be installed; set CHROMIUM to try reflect-three in a browser")
-    os.environ["CHROMIUM"] = found
-    return found
-
-
-def drawn(export: Path, out: Path, methods: tuple[str, ...], *, pose: dict | None = None, plain: bool = False) -> dict:
-    """What reflect-three/test/web/draw.js says of an export's first picture; the pictures lie in `out`. pose: of the whole scene; plain: no DXT1 on the card."""
-    need_packages()
-    chromium()
-    node("test/web/draw.js", export, out, ",".join(methods), "--pose", json.dumps(pose), *(["--plain"] if plain else []))
-    return json.loads((out / "drawn.json").read_text())
+node, need_packages, chromium, drawn = map(_or_skipped, (node_package.node, node_package.need_packages, node_package.chromium, node_package.drawn))

@@ -5,13 +5,13 @@ import shutil
 
 import numpy as np
 import pytest
-from compared import compared
-from node_package import drawn
+from node_package import Failed, drawn
 from tolerances import WEB_BESIDE, WEB_FLIP, WEB_MOVED
 
 from reflect_addon.core import methods as registry
 from reflect_addon.evaluation.eye import flip
 from reflect_addon.evaluation.png import write_png
+from tools.exports.compared import compared
 
 pytestmark = pytest.mark.slow
 
@@ -49,12 +49,10 @@ def test_methods_differ(exported, browser):
 
 
 def test_environment_meanwhile(browser):
-    """Shown from the first; after it nothing is empty, and bytes count up to what was said."""
-    first, *others = browser[1]["drawn"].values()
-    assert first["progress"][0]["shown"] is None
-    for one in others:
-        steps = one["progress"]
-        assert all(step["shown"] is not None for step in steps)
+    """Shown before the method's own first byte is asked for; then nothing is empty, and bytes count up to what was said."""
+    for name, one in browser[1]["drawn"].items():
+        steps = [step for step in one["progress"] if step["method"] == name]
+        assert steps[0]["shown"] == (None if name == "environment" else "environment") and steps[-1]["shown"] == name
         assert [s["loaded"] for s in steps] == sorted(s["loaded"] for s in steps) and steps[-1]["loaded"] == steps[-1]["total"] == one["size"]["download"]
 
 
@@ -95,5 +93,5 @@ def test_a_changed_file_is_refused(exported, tmp_path):
     data = bytearray(image.read_bytes())
     data[-1] ^= 1
     image.write_bytes(data)
-    with pytest.raises(AssertionError, match=rf"{image.name}: sha256 is not the manifest's, so the file was changed or damaged\."):
+    with pytest.raises(Failed, match=rf"{image.name}: sha256 is not the manifest's, so the file was changed or damaged\."):
         drawn(folder, tmp_path / "out", ("environment",))

@@ -34,7 +34,7 @@ window.draw = async (method) => {
     await output.prepare(object, scene, camera);
     compile = Math.max(compile, performance.now() - began);
   };
-  await reflections.use(method, { onProgress: (told) => progress.push(told), prepare });
+  await reflections.use(method, { onProgress: (told) => progress.push({ ...told, at: performance.now() - start }), prepare });
   const ready = performance.now();
   output.render(scene, camera);
   const gl = renderer.getContext();

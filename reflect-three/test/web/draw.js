@@ -20,12 +20,17 @@ try {
   const said = [];
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && said.push(message.text()));
   page.on("pageerror", (error) => said.push(String(error)));
-  await page.goto(`${address}/package/test/web/compare.html`);
-  await page.waitForFunction("window.ready");
-  const told = await page.evaluate((asked) => window.open_(...asked), [`${address}/export/`, Number(values.rays), JSON.parse(values.pose), values.plain]);
+  // Each method on a page of its own: what it takes to load is not what others have left.
+  const afresh = async () => {
+    await page.goto(`${address}/package/test/web/compare.html`);
+    await page.waitForFunction("window.ready");
+    return page.evaluate((asked) => window.open_(...asked), [`${address}/export/`, Number(values.rays), JSON.parse(values.pose), values.plain]);
+  };
+  const told = await afresh();
   mkdirSync(out, { recursive: true });
   told.drawn = {};
   for (const method of wanted ? wanted.split(",") : told.methods) {
+    await afresh();
     const { pixels, ...rest } = await page.evaluate((name) => window.draw(name), method);
     writeFileSync(join(out, `${method}.rgba`), Buffer.from(pixels, "base64"));
     told.drawn[method] = rest;

@@ -1,0 +1,68 @@
+"""A scene, exported by every method and by `auto`, and what a browser makes of it: FLIP against `render`, bytes, and times."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from reflect_addon.core.exchange.reading import read_export
+from reflect_addon.evaluation.bench import Target
+from reflect_addon.evaluation.exhibit import Exhibit
+from reflect_addon.evaluation.export_file import Shot, write_export
+
+from .compared import Compared, compared, reflector_pixels
+from .node_package import drawn
+
+ASKED = 0.05  # FLIP over the reflectors' pixels
+A_METHOD_S = 900  # of a page on software OpenGL, which compiles a kernel for each kind of reflector
+HEADS = (
+    "method", "FLIP", "beside", "download MB", "on the card MB", "environment shown s", "loaded s", "compiled s", "frame ms",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Exported:
+    name: str
+    folder: Path
+    mask: np.ndarray  # (H, W) bool, reflectors' pixels
+    methods: tuple[str, ...]
+
+
+def exported(blend: Path, folder: Path, wanted: tuple[str, ...], shot: Shot, texels: int, progress: Callable[[float, str], object]) -> Exported:
+    """Writes folder/export, and bakes what is missing in folder/assets: a sample's own folder stays as it is."""
+    out = folder / "export"
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    write_export(bpy.context.scene, wanted, out, shot=shot, settings={"resolution": texels}, progress=progress)
+    export = read_export(out)
+    return Exported(blend.stem, out, reflector_pixels(blend, export), tuple(name for name in wanted if name in export.manifest.pictures[0].methods))
+
+
+def in_a_browser(export: Exported) -> tuple[list[Target], Exhibit]:
+    """Rows of FLIP, and the table with pictures (the browser's, Blender's, eight times their difference)."""
+    out = export.folder.parent / "browser"
+    told = drawn(export.folder, out, export.methods, seconds=A_METHOD_S * len(export.methods))
+    pairs = {name: compared(export.folder, out, name, export.mask) for name in export.methods}
+    rows = [_target(export, name, pair) for name, pair in pairs.items()]
+    lead = f"{told['width']} x {told['height']} pixels, {told['device']}. Each method on a page of its own, from a server on the same machine; the environment is shown first."
+    if told["said"]:
+        lead += f" The page said: {told['said'][0][:200]}"
+    table = tuple(_cells(name, pair, told["drawn"][name]) for name, pair in pairs.items())
+    pictures = tuple((f"{name}: page, render, 8 x difference", pair.sheet()) for name, pair in pairs.items())
+    return rows, Exhibit(f"{export.name} in a browser", lead, HEADS, table, pictures)
+
+
+def _target(export: Exported, name: str, pair: Compared) -> Target:
+    error = round(pair.flip(), 4)
+    how = f"FLIP of reflect-three in headless Chromium against `render`, {export.name} by {name}, {int(export.mask.sum())} reflectors' pixels"
+    return Target(f"export web {export.name} {name}", None, error, ASKED, error <= ASKED, how)
+
+
+def _cells(name: str, pair: Compared, told: dict) -> tuple[str, ...]:
+    first = next(step["at"] for step in told["progress"] if step["shown"] is not None)
+    size = told["size"]
+    numbers = (first / 1e3, told["load"] / 1e3, told["compile"] / 1e3)
+    return (
+        name, f"{pair.flip():.3f}", f"{pair.beside():.3f}", f"{size['download'] / 1e6:.2f}", f"{size['memory'] / 1e6:.1f}", *(f"{n:.2f}" for n in numbers), f"{told['frame']:.0f}",
+    )  # fmt: skip
