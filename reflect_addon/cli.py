@@ -114,6 +114,7 @@ def parser() -> argparse.ArgumentParser:
     export.add_argument("--size", type=_size, metavar="WxH", help="with pictures of a camera: Cycles' without reflections, the truth, and each method's")
     export.add_argument("--camera", metavar="NAME", help="whose pictures; default: the scene's")
     export.add_argument("--samples", type=_positive, default=64, metavar="N", help="Cycles' paths per pixel of the pictures")
+    export.add_argument("--ktx2", action="store_true", help="float images as KTX2 in place of EXR, by KTX-Software's program ktx on PATH")
     export.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
     _settings(export, samples=False)
 

@@ -96,7 +96,9 @@ def export(arguments) -> None:
         raise ReflectError("Settings of a bake were given, but no methods.", "Name them with --methods, or leave --set and --resolution out.")
     shot = Shot(arguments.size, arguments.camera, arguments.samples) if arguments.size else None
     say = (_json_progress if arguments.json_progress else _progress)(arguments)
-    said = write_export(_scene(arguments), wanted, arguments.out, shot=shot, assets=arguments.assets, settings=settings, progress=say)
+    said = write_export(
+        _scene(arguments), wanted, arguments.out, shot=shot, assets=arguments.assets, settings=settings, ktx2=arguments.ktx2, progress=say
+    )  # fmt: skip
     for sentence in said:
         _warn(sentence)
     _print(arguments, json.dumps({"done": [str(arguments.out)], "said": said}) if arguments.json_progress else arguments.out)

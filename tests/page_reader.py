@@ -23,7 +23,8 @@ class Page:
         """(H, W, 4), row 0 of the texture first: the bottom row of the picture."""
         image = self.manifest["images"][key]
         path = self.folder / image["file"]
-        texels = dxt1(path.read_bytes()) if image["kind"] == "bc1" else exr(path, "float" if image["kind"] == "buf" else "half")
+        kind = "float" if image["kind"] == "buf" else "half"
+        texels = {".dds": lambda: dxt1(path.read_bytes()), ".ktx2": lambda: ktx2(path.read_bytes()), ".exr": lambda: exr(path, kind)}[path.suffix]()
         assert texels.shape == (image["height"], image["width"], 4)
         return texels[::-1]
 
@@ -73,6 +74,17 @@ def exr(path: Path, kind: str) -> np.ndarray:
     pixels = source.read_image(kind)
     source.close()
     return pixels
+
+
+def ktx2(data: bytes) -> np.ndarray:
+    """(H, W, 4), the picture's top row first."""
+    import zstandard
+
+    vk, _, width, height, *_, scheme = struct.unpack_from("<9I", data, 12)
+    start, length, size = struct.unpack_from("<3Q", data, 80)
+    level = data[start : start + length]
+    body = zstandard.ZstdDecompressor().decompress(level, max_output_size=size) if scheme == 2 else level
+    return np.frombuffer(body, {97: "<f2", 109: "<f4"}[vk]).reshape(height, width, 4)
 
 
 def dxt1(data: bytes) -> np.ndarray:

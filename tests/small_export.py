@@ -40,8 +40,8 @@ def look() -> Look:
     return Look(0.5, np.stack([red, 0.5 * green, 0.25 * blue], -1))
 
 
-def write(folder: Path, given: dict[str, Asset] | None = None) -> Path:
-    """The export of baked(), or of other assets by method, with pictures of nothing."""
+def write(folder: Path, given: dict[str, Asset] | None = None, ktx: str | None = None) -> Path:
+    """The export of baked(), or of other assets by method, with pictures of nothing. ktx: the program that writes float images as KTX2."""
     from reflect_addon.scene.export_gltf import GLTF_FROM_BLENDER, SceneGltf
     from reflect_addon.scene.export_scene import SceneExport
 
@@ -53,7 +53,7 @@ def write(folder: Path, given: dict[str, Asset] | None = None) -> Path:
             nodes.append({"name": instance.object_name, "mesh": 0, "matrix": matrix.T.ravel().tolist()})
         document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes}
         (place / SCENE_NAME).write_text(json.dumps(document))
-        made = SceneExport(scene, SceneGltf(place / SCENE_NAME))
+        made = SceneExport(scene, SceneGltf(place / SCENE_NAME), ktx)
         reflectors = made.answers({name: {"Mirror": asset} for name, asset in (given or found).items()}, lambda *_: None)
         made.picture("Camera", Camera(np.eye(4), np.eye(4), 4, 3), np.full((3, 4, 3), 0.5, "f"), b"truth", {name: name.encode() for name in given or found})
         made.finish(reflectors, look(), None)

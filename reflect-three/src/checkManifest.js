@@ -84,7 +84,7 @@ function checkImages(images) {
     record(image, field, FIELDS.image);
     if (!Object.hasOwn(KINDS, text(image.kind, `${field}.kind`))) refuse(`${field}.kind`, `is none of ${Object.keys(KINDS).join(", ")}`);
     const kind = KINDS[image.kind];
-    fileName(image.file, `${field}.file`, "images", [kind.exr ? ".exr" : ".dds"]);
+    fileName(image.file, `${field}.file`, "images", kind.exr ? [".exr", ".ktx2"] : [".dds"]);
     idOf(id, image.file, `${field}.file`);
     whole(image.width, `${field}.width`, 1, SIDE);
     whole(image.height, `${field}.height`, 1, SIDE);

@@ -11,13 +11,19 @@ import { checkExr } from "./exrHeader.js";
 import { KINDS } from "./limits.js";
 
 /**
+ * @returns {Promise<import("three").Texture>}
  * @param {ArrayBuffer} bytes the file, whose checksum holds
  * @param {import("./checkManifest.js").ImageEntry} image
  * @param {boolean} compressed whether the graphics card reads DXT1
  */
-export function textureOf(bytes, image, compressed) {
+export async function textureOf(bytes, image, compressed) {
   const kind = KINDS[image.kind];
   if (!kind.exr) return blockTexture(bytes, image, compressed);
+  if (image.file.endsWith(".ktx2")) {
+    const { ktx2Texels } = await import("./ktx2.js"); // most exports have none, and its decoder is 50 KB
+    const { width, height } = image;
+    return plain(new DataTexture(await ktx2Texels(bytes, image.file, { width, height, type: kind.exr }), width, height, RGBAFormat, typeOf(kind.exr)));
+  }
   checkExr(bytes, image.file, { width: image.width, height: image.height, type: kind.exr });
   return exrTexture(bytes, image.file, kind.exr, image);
 }
@@ -28,7 +34,7 @@ export function textureOf(bytes, image, compressed) {
  */
 export function exrTexture(bytes, file, type, { width, height }) {
   const loader = new EXRLoader();
-  loader.setDataType(type === "half" ? HalfFloatType : FloatType);
+  loader.setDataType(typeOf(type));
   let decoded;
   try {
     decoded = loader.parse(bytes);
@@ -40,6 +46,8 @@ export function exrTexture(bytes, file, type, { width, height }) {
   }
   return plain(new DataTexture(decoded.data, width, height, RGBAFormat, decoded.type));
 }
+
+const typeOf = (type) => (type === "half" ? HalfFloatType : FloatType);
 
 function blockTexture(bytes, image, compressed) {
   const { width, height } = image;

@@ -26,12 +26,12 @@ test("a header that says a thing twice is refused: a decoder may believe the oth
   assert.throws(() => exrHeader(exact(twice), "a.exr"), (error) => isSentence(error) && /dataWindow is there twice/.test(error.message));
 });
 
-test("row 0 of a texture is the bottom row of the file, and no number is rounded", () => {
+test("row 0 of a texture is the bottom row of the file, and no number is rounded", async () => {
   const value = (x, y, channel) => x + 32 * y + channel + 0.5; // exact in a half
   const file = (type) => ({ file: "a.exr", kind: type === "half" ? "tx" : "buf", width: 24, height: 20 });
-  const halves = textureOf(exrFile(24, 20, "half", value), file("half"), false).image.data;
+  const halves = (await textureOf(exrFile(24, 20, "half", value), file("half"), false)).image.data;
   const third = (x, y, channel) => Math.fround(value(x, y, channel) / 3);
-  const floats = textureOf(exrFile(24, 20, "float", third), file("float"), false).image.data;
+  const floats = (await textureOf(exrFile(24, 20, "float", third), file("float"), false)).image.data;
   assert.ok(halves instanceof Uint16Array && floats instanceof Float32Array);
   for (const [x, row, channel] of [[0, 0, 0], [23, 0, 1], [5, 7, 2], [23, 19, 3]]) {
     const at = 4 * (24 * row + x) + channel;
@@ -84,7 +84,7 @@ test("of 1,000 damaged files each is refused with a sentence, by its checksum or
       const bytes = damaged(files.get(image.file), next);
       await assert.rejects(checkBytes(bytes, image.file, image), isSentence);
       try {
-        const texture = textureOf(bytes, image, false);
+        const texture = await textureOf(bytes, image, false);
         assert.ok(texture instanceof DataTexture && texture.image.width === image.width && texture.image.height === image.height);
       } catch (error) {
         isSentence(error);

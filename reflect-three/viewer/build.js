@@ -12,7 +12,7 @@ const read = (name) => readFileSync(join(HERE, name), "utf8");
 const bundled = await build({ entryPoints: [join(HERE, "main.js")], bundle: true, minify: true, format: "iife", target: "es2022", write: false, legalComments: "inline" });
 const style = await build({ entryPoints: [join(HERE, "viewer.css")], minify: true, write: false });
 // The page runs itself and nothing that an export could bring.
-const POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:; connect-src 'self' http: https: blob: data:";
+const POLICY = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src blob: data:; connect-src 'self' http: https: blob: data:";
 
 /** A function in place of text: three's source has dollar signs. */
 const page = read("index.html")

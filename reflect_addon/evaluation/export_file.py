@@ -23,6 +23,7 @@ from ..scene.camera import camera_of
 from ..scene.export_gltf import export_gltf
 from ..scene.export_scene import SceneExport
 from ..scene.freshness import is_stale, remarks
+from ..scene.ktx2 import find_ktx
 from ..scene.load import load_assets, plan_in
 from ..scene.look import read_look
 from ..scene.places import assets_of
@@ -47,14 +48,15 @@ class Shot:
 
 
 def write_export(
-    scene: bpy.types.Scene, wanted: tuple[str, ...], out: Path, *, shot: Shot | None = None, assets: Path | None = None, settings: dict | None = None, progress=None
+    scene: bpy.types.Scene, wanted: tuple[str, ...], out: Path, *, shot: Shot | None = None, assets: Path | None = None, settings: dict | None = None, ktx2: bool = False, progress=None
 ) -> list[str]:
     """Writes the folder `out`, whole or not at all; an earlier export there is replaced. wanted: methods, () for all that lie there; assets: their folder, else
-    those beside the .blend. Returns what an artist should know, as sentences. ReflectError: a method that draws, nothing baked, a folder that is not ours."""
+    those beside the .blend. ktx2: float images as KTX2, by a program that is looked for on PATH. Returns what an artist should know, as sentences. ReflectError: a method that draws, nothing baked, a folder that is not ours."""
     check_target(out)
     for name in wanted:
         if name != registry.AUTO and name not in registry.gathering():
             raise ReflectError(f"{name} draws the scene again in every frame, which an export cannot.", f"Choose among: {', '.join(registry.gathering())}, {registry.AUTO}.")
+    ktx = find_ktx() if ktx2 else None
     if shot:
         from ..gpu.device import ensure
 
@@ -65,7 +67,7 @@ def write_export(
         view = camera_of(scene, named_camera(scene, shot.camera), *shot.size) if shot else None
         found, sentences = _found(scene, snapshot, wanted, out, assets, settings or {}, lambda s, t: say(BAKED * s, t))
         with whole_folder(out) as folder:
-            made = SceneExport(snapshot, export_gltf(scene, folder))
+            made = SceneExport(snapshot, export_gltf(scene, folder), ktx)
             reflectors = made.answers({name: baked.assets for name, baked in found.items()}, lambda s, t: say(BAKED + 0.1 * s, t))
             if not reflectors:
                 raise ReflectError(" ".join(made.sentences) or f"No reflector of {scene.name} has an asset.", "Show the reflectors in renders, and bake again.")

@@ -27,6 +27,11 @@ class REFLECT_OT_export(WindowWork, bpy.types.Operator):
     directory: bpy.props.StringProperty(
         name="Folder", description="Where the export goes: into an earlier export, which it replaces, or into a new folder below", subtype="DIR_PATH"
     )
+    ktx2: bpy.props.BoolProperty(
+        name="KTX2",
+        description="Tables and atlases as KTX2 in place of EXR: quicker to open in a browser. Needs KTX-Software's program ktx on PATH",
+        default=False,
+    )
     filter_folder: bpy.props.BoolProperty(name="Folders", description="The file browser shows folders alone", default=True, options={"HIDDEN"})
 
     @classmethod
@@ -52,7 +57,7 @@ class REFLECT_OT_export(WindowWork, bpy.types.Operator):
             return {"CANCELLED"}
         try:
             self._out = folder_in(Path(bpy.path.abspath(self.directory)), context.scene)
-            _running = start_export(context.scene, self._out, worker_preference())
+            _running = start_export(context.scene, self._out, worker_preference(), self.ktx2)
         except (ReflectError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -10,18 +10,22 @@ from ..core.asset_places import file_name
 from ..core.exchange.manifest import FILE_NAME
 from ..core.processes import remove_abandoned, signature
 from .bake_job import save_copy
+from .ktx2 import find_ktx
 from .places import assets_of
 from .worker import Worker
 from .worker_command import reflect_command
 
 
-def start_export(scene: bpy.types.Scene, out: Path, preference: str = "") -> Worker:
-    """Starts exporting all that is baked for the scene, as it is now, to the folder `out`. The open file stays as it is. ReflectError: no usable worker, no room."""
+def start_export(scene: bpy.types.Scene, out: Path, preference: str = "", ktx2: bool = False) -> Worker:
+    """Starts exporting all that is baked for the scene, as it is now, to the folder `out`. The open file stays as it is. ktx2: float
+    images as KTX2. ReflectError: no usable worker, no room, no program that writes KTX2."""
+    if ktx2:
+        find_ktx()
     remove_abandoned(Path(tempfile.gettempdir()), "reflect-export-")
     scratch = Path(tempfile.mkdtemp(prefix=f"reflect-export-{signature()}-"))
     blend = scratch / f"{Path(bpy.data.filepath).stem or 'unsaved'}.blend"
     try:
-        arguments = [f"--out={Path(out).absolute()}", f"--assets={assets_of(scene)}", f"--scene={scene.name}", "--json-progress"]
+        arguments = [f"--out={Path(out).absolute()}", f"--assets={assets_of(scene)}", f"--scene={scene.name}", "--json-progress", *(["--ktx2"] if ktx2 else [])]
         command, environment = reflect_command(blend, "export", arguments, preference)
         save_copy(blend)
     except BaseException:

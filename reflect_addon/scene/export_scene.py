@@ -26,6 +26,7 @@ from ..core.planning.plan import Plan, document_of
 from ..core.snapshot import Instance, SceneSnapshot
 from .export_gltf import SceneGltf
 from .exr import write_exr
+from .ktx2 import write_ktx2
 
 WANTED = ("radiance", "coverage")
 
@@ -33,7 +34,9 @@ WANTED = ("radiance", "coverage")
 class SceneExport:
     """One export in the making, in the folder of its glTF: what is written so far."""
 
-    def __init__(self, snapshot: SceneSnapshot, gltf: SceneGltf):
+    def __init__(self, snapshot: SceneSnapshot, gltf: SceneGltf, ktx: str | None = None):
+        """ktx: the program that writes float images as KTX2 (ktx2.py); None: they are EXR."""
+        self._ktx = ktx
         self.folder, self.snapshot, self.gltf, self.sentences = gltf.path.parent, snapshot, gltf, []
         for name in (m.IMAGES, m.SHADERS):
             (self.folder / name).mkdir()
@@ -128,18 +131,28 @@ class SceneExport:
         digest = hashlib.sha256(repr((kind, array.shape)).encode())
         digest.update(np.ascontiguousarray(array))
         if digest.digest() not in self._known:
-            ending = m.ENDINGS[kind]
-            path = self.folder / m.IMAGES / f"new.{ending}"
-            if ending == "dds":
-                path.write_bytes(dds.header(array.shape) + dds.body(array).tobytes())
-            else:
-                write_exr(path, array, compression="zip")
+            path = self._texels(kind, array)
             content = path.read_bytes()
-            file = self._named(path, name, ending)
+            file = self._named(path, name, path.suffix[1:])
             key = Path(file).stem
             self._images[key] = m.Image(file, kind, *size_of(array), len(content), hashlib.sha256(content).hexdigest())
             self._known[digest.digest()] = key
         return self._known[digest.digest()]
+
+    def _texels(self, kind: str, array: np.ndarray) -> Path:
+        """A new file of an image."""
+        path = self.folder / m.IMAGES / f"new.{m.ENDINGS[kind][0]}"
+        if kind == "bc1":
+            path.write_bytes(dds.header(array.shape) + dds.body(array).tobytes())
+            return path
+        if self._ktx:
+            packed = path.with_suffix(".ktx2")
+            write_ktx2(self._ktx, packed, array)
+            if array.nbytes <= m.DEFLATED * packed.stat().st_size:
+                return packed
+            packed.unlink()  # of one colour, and so small that readers refuse it: an EXR is small, too
+        write_exr(path, array, compression="zip")
+        return path
 
     def _shader(self, source: str) -> str:
         content = source.encode("ascii")

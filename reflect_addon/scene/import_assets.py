@@ -13,6 +13,7 @@ from ..core.exchange.manifest import shape_of
 from ..core.exchange.reading import Export
 from ..core.planning.plan import plan_of, write_plan
 from .exr import read_whole_exr
+from .ktx2 import read_ktx2
 from .load import PLANNED
 
 
@@ -51,4 +52,6 @@ def image_of(export: Export, key: str):
         if (blocks := dds.blocks(data, shape_of(image))) is None:
             raise ReflectError(f"{path} is damaged: it does not hold the blocks that the manifest declares.", EXPORT_AGAIN)
         return blocks
+    if image.file.endswith(".ktx2"):
+        return read_ktx2(path, data)
     return read_whole_exr(path, image.height, image.width, "float" if image.kind == "buf" else "half")

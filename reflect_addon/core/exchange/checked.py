@@ -10,13 +10,26 @@ from ..asset_document import IMAGE_NAME, MAX_SIDE, checked_fields
 from ..errors import ReflectError
 from ..planning.plan import plan_of
 from ..typed_json import typed
-from .manifest import DIGITS, ENDINGS, FORMAT, LOOK_KIND, LOOK_SIZE, MAX_SLOTS, SCENE_NAME, WHAT, Answer, Image, Manifest, Material
+from .manifest import (
+    DEFLATED,
+    DIGITS,
+    ENDINGS,
+    FORMAT,
+    LOOK_KIND,
+    LOOK_SIZE,
+    MAX_SLOTS,
+    SCENE_NAME,
+    WHAT,
+    Answer,
+    Image,
+    Manifest,
+    Material,
+)
 
 EXPORT_AGAIN = "Export it again."
 MAX_BYTES = 4 << 30  # of all images' texels together
 MAX_SHADER_BYTES, MAX_SCENE_BYTES = 4 << 20, 256 << 20
 MOST_FLOAT = 3.4e38
-DEFLATED = 1032  # bytes that deflate makes one of at most: a small file that declares a large picture is a trap
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,79}")
 _ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,79}-[0-9a-f]{%d}" % DIGITS)
 _SHADER_ID = re.compile(r"[0-9a-f]{%d}" % DIGITS)
@@ -93,7 +106,8 @@ def _image(field: str, key: str, image: Image) -> None:
     _hash(f"{field}.sha256", image.sha256)
     _need(image.kind in ENDINGS, f"{field}.kind", f"is none of {', '.join(ENDINGS)}")
     _need(bool(_ID.fullmatch(key)) and key.endswith(image.sha256[:DIGITS]), field, "is no id of this content")
-    _need(image.file == f"images/{key}.{ENDINGS[image.kind]}", f"{field}.file", f"is not images/{key}.{ENDINGS[image.kind]}")
+    files = [f"images/{key}.{ending}" for ending in ENDINGS[image.kind]]
+    _need(image.file in files, f"{field}.file", f"is not {' or '.join(files)}")
     for side in ("width", "height"):
         _size(f"{field}.{side}", getattr(image, side), MAX_SIDE)
     if image.kind == LOOK_KIND:

@@ -17,7 +17,8 @@ FILE_NAME, SCENE_NAME, EXTENSION = "reflect.json", "scene.gltf", "REFLECT_reflec
 IMAGES, SHADERS, PICTURES = "images", "shaders", "pictures"
 DIGITS = 12  # of a content's SHA-256 that its file's name holds
 LOOK_KIND, LOOK_SIZE = "look", (TABLE_SIDE**2, TABLE_SIDE)
-ENDINGS = {"tx": "exr", "buf": "exr", "bc1": "dds", LOOK_KIND: "exr"}
+ENDINGS = {"tx": ("exr", "ktx2"), "buf": ("exr", "ktx2"), "bc1": ("dds",), LOOK_KIND: ("exr", "ktx2")}  # the first one where nothing is asked for
+DEFLATED = 1032  # bytes that deflate makes one of at most: a small file that declares a large picture is a trap
 MAX_SLOTS = 224  # vec4s of a fragment shader's uniforms that WebGL 2 promises
 
 

@@ -9,7 +9,7 @@ from ..asset import Asset
 from ..asset_document import checked_fields
 from ..errors import ReflectError
 from ..safe_read import read_bytes
-from . import exr_header
+from . import exr_header, ktx2_header
 from .checked import EXPORT_AGAIN, MAX_SCENE_BYTES, manifest_of
 from .manifest import EXTENSION, FILE_NAME, Image, Manifest, Shader
 
@@ -26,7 +26,7 @@ class Export:
     def content(self, entry: Image | Shader) -> bytearray:
         """The file of an image or shader, whose checksum holds and, of an image, whose header says what the manifest says. ReflectError else."""
         data = _content(self.folder, entry.file, entry.bytes, entry.sha256)
-        if entry.file.endswith(".exr"):
+        if entry.file.endswith((".exr", ".ktx2")):
             _check_header(self.folder / entry.file, data, entry)
         return data
 
@@ -96,6 +96,11 @@ def _check_nodes(folder: Path, manifest: Manifest) -> None:
 
 
 def _check_header(path: Path, data: bytearray, image: Image) -> None:
-    wanted = exr_header.Header(("A", "B", "G", "R"), "float" if image.kind == "buf" else "half", "zip", image.width, image.height)
-    if (found := exr_header.header_of(data)) != wanted:
+    kind = "float" if image.kind == "buf" else "half"
+    if image.file.endswith(".exr"):
+        found, wanted = exr_header.header_of(data), exr_header.Header(("A", "B", "G", "R"), kind, "zip", image.width, image.height)
+    else:
+        found, _ = ktx2_header.header_of(data) or (None, None)
+        wanted = ktx2_header.Header(kind, image.width, image.height)
+    if found != wanted:
         raise ReflectError(f"{path} is damaged: its header says {found or 'nothing that is read here'}, {FILE_NAME} says {wanted}.", EXPORT_AGAIN)
