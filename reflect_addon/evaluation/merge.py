@@ -32,8 +32,9 @@ def merge(folders: list[Path], out: Path) -> list[Path]:
     if any(Path(out).resolve() == folder.resolve() for folder, _ in parts):
         raise ReflectError(f"{out} is one of the parts.", "Name another folder with --out.")
     _check_alike(parts)
+    rows = _rows_of(parts) if parts[0][1].verb == "evaluate" else []
     check_folder(out)
-    return _merge_bake(parts, Path(out)) if parts[0][1].verb == "bake" else [_merge_evaluation(parts, Path(out))]
+    return [_merge_evaluation(parts, rows, Path(out))] if parts[0][1].verb == "evaluate" else _merge_bake(parts, Path(out))
 
 
 def _checked(parts: Parts) -> Parts:
@@ -94,21 +95,24 @@ def _merge_bake(parts: Parts, out: Path) -> list[Path]:
     return [out / name for _, record in parts for name in record.owned]
 
 
-def _merge_evaluation(parts: Parts, out: Path) -> Path:
-    rows: dict[str, list[Row]] = {}
-    bases: dict[str, tuple[dict, Path]] = {}
+def _merge_evaluation(parts: Parts, rows: list[Row], out: Path) -> Path:
     for folder, record in parts:
-        if RESULTS not in record.files:
-            continue
-        for row in read_rows(folder):
+        for name in record.owned:
+            write_whole(out / name, (folder / name).read_bytes())
+    return write_rows(rows, out)
+
+
+def _rows_of(parts: Parts) -> list[Row]:
+    """The rows of all parts, in the order of the whole. ReflectError where parts have different ones of the same."""
+    rows: dict[str, list[Row]] = {}
+    known: dict[str, tuple[dict, Path]] = {}
+    for folder, record in parts:
+        for row in read_rows(folder) if RESULTS in record.files else ():
             exact = {k: v for k, v in asdict(row).items() if k not in TIMES}
             exact["counts"] = {k: v for k, v in row.counts.items() if not k.endswith("_s")}
-            key = json.dumps([row.method, row.settings], sort_keys=True, default=str)
-            if bases.setdefault(key, (exact, folder))[0] != exact:
-                raise ReflectError(f"{folder} and {bases[key][1]} have different results of {row.method}: their machines answered differently.", ALIKE)
+            key = json.dumps([row.method, row.settings], sort_keys=True)
+            if known.setdefault(key, (exact, folder))[0] != exact:
+                raise ReflectError(f"{folder} and {known[key][1]} have different results of {row.method}: their machines answered differently.", ALIKE)
             if row.method in record.made:
                 rows.setdefault(row.method, []).append(row)
-        for name in record.owned:
-            if name != RESULTS:
-                write_whole(out / name, (folder / name).read_bytes())
-    return write_rows([row for method in parts[0][1].units for row in rows.get(method, [])], out)
+    return [row for method in parts[0][1].units for row in rows.get(method, [])]

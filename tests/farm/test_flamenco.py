@@ -1,13 +1,11 @@
 """The job type for Flamenco: its settings by the documented schema, its tasks, and what they make when workers run them: the whole, bit for bit."""
 
-import bpy
 import pytest
-from blender_scenes import glowing_room
+from blender_scenes import two_mirrors
 from node_manager import compiled, manager, run_tasks
 from whole_and_parts import assert_same_assets, assert_same_results
 
 from reflect_addon import cli
-from sample_blends import scene_parts as parts
 
 # flamenco-openapi.yaml, AvailableJobSetting.
 KEYS = {"key", "type", "subtype", "choices", "propargs", "description", "default", "eval", "evalInfo", "visible", "required", "editable"}
@@ -55,21 +53,9 @@ def test_a_job_that_cannot_be_is_refused(tmp_path, wrong):
         compiled(SETTINGS | {"output_path": "/farm", "blendfile": "/a.blend"} | wrong, tmp_path)
 
 
-def _hall(path):
-    """A room with two mirrors, small and far from each other."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    _, walls = glowing_room("hall")
-    parts.box("Pillar", (0.5, 0.5, 1.5), (1.5, 0.6, 0.75), walls)
-    parts.sphere("Near", 0.4, parts.mirror(), 16, location=(0.3, -0.2, 1.0))
-    parts.sphere("Far", 0.15, bpy.data.materials["Mirror"], 16, location=(-1.2, 1.2, 0.8))
-    parts.camera((0, -1.9, 1.3), (0.1, 1.0, 1.1), lens=24)
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    return path
-
-
 def _run(tmp_path, settings: dict, whole_options: list[str], workers: int):
     """The job's folder and the folder of what one process makes of the same, both with `assets` and, where it was asked for, `evaluation`."""
-    blend = _hall(tmp_path / "a hall.blend")
+    blend = two_mirrors(tmp_path / "a hall.blend")
     job = compiled(settings | {"blendfile": str(blend), "output_path": str(tmp_path / "farm" / "{timestamp}")}, tmp_path)
     ended = run_tasks(job["tasks"], tmp_path, workers)
     assert len(ended) == len(job["tasks"]) and ended[-1].startswith("merge")
