@@ -1,8 +1,8 @@
 """An evaluation in independent parts: the unit is a method, and all read the same baked assets.
 
 What every part needs it makes for itself: the truth, which is the same to the bit wherever it is traced, and the row of BASE, to which times are compared on the
-machine that measured them. `merge` compares both, and so sees machines that answer differently. So a part costs the truth beside its methods; a folder
-that has it already (DIR/truth) is not traced again.
+machine that measured them. `merge` compares both, and so sees machines that answer differently. A part costs the truth beside its methods: where drawing and
+comparing take less than tracing, more parts gain little.
 """
 
 from pathlib import Path

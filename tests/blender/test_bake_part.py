@@ -21,7 +21,7 @@ from reflect_addon.scene.bake_part import bake_part, parts_of, units_of
 from reflect_addon.scene.geometric_trace import geometric_tracer
 from reflect_addon.scene.intersect import first_hits
 
-SMALL = {"resolution": 16, "samples": 1, "texels": 16, "views": 4, "view_texels": 8, "turns": 12, "maps": 1, "surface_tolerance": 1.0, "surface_levels": 1}
+SMALL = {"resolution": 16, "samples": 1, "texels": 16, "views": 2, "view_texels": 4, "turns": 12, "maps": 1, "surface_tolerance": 1.0, "surface_levels": 1}
 WANTED = tuple(name for name in methods.names() if name != "virtual_objects")  # seconds of a search that traces nothing
 
 
