@@ -40,7 +40,7 @@ def run_tasks(tasks: list[dict], folder: Path, workers: int) -> list[str]:
     """Runs each task as soon as those that it waits for are done, so many at once; returns their names in the order of their ends. AssertionError with what a
     task said that failed."""
     blender = folder / "blender"
-    blender.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{Path(__file__).with_name("blender.py")}" "$@"\n')
+    blender.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{Path(__file__).with_name("worker_blender.py")}" "$@"\n')
     blender.chmod(blender.stat().st_mode | stat.S_IXUSR)
 
     def run(task: dict) -> str:
