@@ -39,32 +39,40 @@ def merge(folders: list[Path], out: Path) -> list[Path]:
 
 def _checked(parts: Parts) -> Parts:
     """In the order of their numbers."""
-    first_folder, first = parts[0]
-    for folder, record in parts[1:]:
-        for what, a, b in (("verbs", record.verb, first.verb), ("numbers of parts", record.number().of, first.number().of)):
-            if a != b:
-                raise ReflectError(f"{folder} and {first_folder} are parts of different {what}: {a} and {b}.", "Name the parts of one work.")
-        for what in sorted({*record.job, *first.job}):
-            a, b = record.job.get(what, ""), first.job.get(what, "")
-            if a != b:
-                raise ReflectError(f"{folder} and {first_folder} are parts of different work: their {what} differ ({a or 'none'}; {b or 'none'}).", "Make all parts from the same file, with the same command and the same versions.")
-        if record.units != first.units:
-            raise ReflectError(f"{folder} and {first_folder} found other work in the same file.", ALIKE)
-    of, seen = first.number().of, {}
+    for other in parts[1:]:
+        _check_same_work(parts[0], other)
+    of, seen = parts[0][1].number().of, {}
     for folder, record in parts:
         if (number := record.number().index) in seen:
             raise ReflectError(f"Part {record.part} is there twice: in {seen[number]} and in {folder}.", "Name each part once.")
         seen[number] = folder
     if missing := [str(k) for k in range(1, of + 1) if k not in seen]:
-        raise ReflectError(f"Of {of} parts {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing.", f"Make {'it' if len(missing) == 1 else 'them'} with --part I/{of}, then merge all.")
-    made = sorted(unit for _, record in parts for unit in record.made)
-    if made != sorted(first.units):
+        are, them = ("is", "it") if len(missing) == 1 else ("are", "them")
+        raise ReflectError(f"Of {of} parts {', '.join(missing)} {are} missing.", f"Make {them} with --part I/{of}, then merge all.")
+    if sorted(unit for _, record in parts for unit in record.made) != sorted(parts[0][1].units):
         raise ReflectError("The parts do not share their work: something was made twice or not at all.", ALIKE)
     return sorted(parts, key=lambda one: one[1].number().index)
 
 
+def _check_same_work(one: tuple[Path, PartRecord], other: tuple[Path, PartRecord]) -> None:
+    (first_folder, first), (folder, record) = one, other
+    for what, a, b in (("verbs", record.verb, first.verb), ("numbers of parts", record.number().of, first.number().of)):
+        if a != b:
+            raise ReflectError(f"{folder} and {first_folder} are parts of different {what}: {a} and {b}.", "Name the parts of one work.")
+    for what in sorted({*record.job, *first.job}):
+        a, b = record.job.get(what, ""), first.job.get(what, "")
+        if a != b:
+            raise ReflectError(
+                f"{folder} and {first_folder} are parts of different work: their {what} differ ({a or 'none'}; {b or 'none'}).",
+                "Make all parts from the same file, with the same command and the same versions.",
+            )
+    if record.units != first.units:
+        raise ReflectError(f"{folder} and {first_folder} found other work in the same file.", ALIKE)
+
+
 def _check_alike(parts: Parts) -> None:
-    """What several parts made must be the same, but for asset.json and results.json, which hold times. Of an asset all images: their names say what is in them."""
+    """What several parts made must be the same, but for asset.json and results.json, which hold times. Of an asset its images, whose
+    names say what is in them."""
     known: dict[str, tuple[object, Path]] = {}
     for folder, record in parts:
         sums: dict[str, object] = {}

@@ -87,8 +87,10 @@ def bake_part(
     units = units_of(snapshot, wanted, reflectors, settings)
     mine = [unit for unit, number in zip(units, parts_of(units, part.of), strict=True) if number == part.index]
     job = job_of(scene, snapshot) | {
-        "methods": ", ".join(wanted), "reflectors": ", ".join(dict.fromkeys(u.reflector.name for u in units if u.reflector)), "settings": ", ".join(words(settings))
-    }  # fmt: skip
+        "methods": ", ".join(wanted),
+        "reflectors": ", ".join(i.name for i in chosen_reflectors(snapshot, reflectors)),
+        "settings": ", ".join(words(settings)),
+    }
     record = PartRecord("bake", str(part), job, tuple(u.name() for u in units), tuple(u.name() for u in mine), False, {}, (), ())
     begin(record, folder)
     more = {"reflectors": reflectors, "settings": settings, "progress": progress, "again": again, "tracer": tracer or partial(trace, scene=scene)}

@@ -1,6 +1,7 @@
 """An evaluation in parts is the whole, but for times; and merging sees machines that answer differently."""
 
 import json
+import shutil
 
 import bpy
 import pytest
@@ -8,6 +9,7 @@ from blender_scenes import two_mirrors
 from whole_and_parts import assert_same_results
 
 from reflect_addon import cli
+from reflect_addon.core.part_record import FILE_NAME as RECORD
 from reflect_addon.core.part_record import file_sum
 from reflect_addon.evaluation.rows import FILE_NAME, read_rows
 
@@ -23,15 +25,21 @@ def hall(tmp_path_factory):
     return blend, assets
 
 
-def test_parts_are_the_whole(hall, tmp_path, capfd):
+@pytest.fixture(scope="module")
+def parts(hall):
+    """The folders of four parts, made out of order; the fourth has no work."""
     blend, assets = hall
-    words = ["evaluate", str(blend), *WORDS, "--assets", str(assets)]
-    assert cli.main([*words, "--out", str(tmp_path / "whole")]) == 0
-    (tmp_path / "3").mkdir()  # an empty folder is as good as none; the fourth part has no work
+    folder = blend.parent / "parts"
     for number in (4, 2, 1, 3):
-        assert cli.main([*words, "--part", f"{number}/4", "--out", str(tmp_path / str(number))]) == 0
-    parts = [str(tmp_path / str(number)) for number in (3, 1, 4, 2)]
-    assert cli.main(["merge", *parts, "--out", str(tmp_path / "merged")]) == 0
+        out = ["--part", f"{number}/4", "--out", str(folder / str(number))]
+        assert cli.main(["evaluate", str(blend), *WORDS, "--assets", str(assets), *out]) == 0
+    return [folder / str(number) for number in (3, 1, 4, 2)]
+
+
+def test_parts_are_the_whole(hall, parts, tmp_path, capfd):
+    blend, assets = hall
+    assert cli.main(["evaluate", str(blend), *WORDS, "--assets", str(assets), "--out", str(tmp_path / "whole")]) == 0
+    assert cli.main(["merge", *map(str, parts), "--out", str(tmp_path / "merged")]) == 0
     assert capfd.readouterr().out.splitlines()[-1] == str(tmp_path / "merged" / FILE_NAME)
     assert_same_results(tmp_path / "merged", tmp_path / "whole")
     assert [row.method for row in read_rows(tmp_path / "merged")] == WORDS[1].split(",")
@@ -39,19 +47,15 @@ def test_parts_are_the_whole(hall, tmp_path, capfd):
     assert cli.main(["report", str(tmp_path / "merged"), "--out", str(tmp_path / "page")]) == 0
 
 
-def test_machines_that_answer_differently(hall, tmp_path, capfd):
-    """The base's row is in every part, and compared in all that was not measured in seconds."""
-    blend, assets = hall
-    for number in (1, 2):
-        assert cli.main(["evaluate", str(blend), *WORDS, "--assets", str(assets), "--part", f"{number}/2", "--out", str(tmp_path / str(number))]) == 0
-    results, record = tmp_path / "2" / FILE_NAME, tmp_path / "2" / "part.json"
-    data = json.loads(results.read_text())
+def test_machines_that_answer_differently(parts, tmp_path, capfd):
+    """The base's row is in every part with work, and compared in all that was not measured in seconds."""
+    other = shutil.copytree(parts[0], tmp_path / "other")
+    data, document = (json.loads((other / name).read_text()) for name in (FILE_NAME, RECORD))
     data["rows"][0]["rmse"] += 1e-9
-    results.write_text(json.dumps(data))
-    document = json.loads(record.read_text())
-    document["files"][FILE_NAME] = file_sum(results)
-    record.write_text(json.dumps(document))
-    assert cli.main(["merge", str(tmp_path / "1"), str(tmp_path / "2"), "--out", str(tmp_path / "out")]) == 1
+    (other / FILE_NAME).write_text(json.dumps(data))
+    document["files"][FILE_NAME] = file_sum(other / FILE_NAME)
+    (other / RECORD).write_text(json.dumps(document))
+    assert cli.main(["merge", str(other), *map(str, parts[1:]), "--out", str(tmp_path / "out")]) == 1
     assert "different results of environment" in capfd.readouterr().err and not (tmp_path / "out").exists()
 
 
