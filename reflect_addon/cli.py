@@ -7,7 +7,6 @@ import argparse
 import ctypes
 import json
 import os
-import re
 import signal
 import sys
 import threading
@@ -17,13 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
+from . import cli_values as values
+from . import opened
 from .core.errors import ReflectError
-from .core.spaces import FAR
-
-LARGEST_SIDE = 16384  # px: what graphics cards take
-LARGEST_AREA = 1 << 26  # px: 64 million float4 pixels are 1 GiB
-LAST_FRAME = 1048574  # Blender's own limit
-EXAMPLE = "for example 240x180"
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -38,10 +33,10 @@ def _run(arguments) -> int:
         from . import verbs
 
         verb = getattr(verbs, {"import": "import_"}.get(arguments.verb, arguments.verb.replace("-", "_")))
-        if arguments.verb == "report":  # the one that needs no Blender
+        if arguments.verb in ("report", "merge"):  # those that need no Blender
             verb(arguments)
             return 0
-        verbs.check_blender()
+        opened.check_blender()
         from .scene.properties import object_properties
 
         with object_properties():  # else what users set on objects would be lost where the add-on is not on
@@ -76,16 +71,17 @@ def parser() -> argparse.ArgumentParser:
     bake.add_argument("--object", action="append", default=[], metavar="NAME", help="one more reflector, commas and all")
     bake.add_argument("--out", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
     bake.add_argument("--views", type=Path, help=argparse.SUPPRESS)  # for the window's worker: what its 3D views see
+    bake.add_argument("--part", type=values.part, metavar="I/N", help="the I-th of N parts alone, into a folder of its own; merge puts them together")
     bake.add_argument("--again", action="store_true", help="bake what is fresh too")
     bake.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
     _settings(bake)
 
     render = _verb(verbs, "render", "one picture")
     render.add_argument("--method", required=True, metavar="A")
-    render.add_argument("--out", type=_picture, required=True, metavar="PICTURE.png|.exr")
+    render.add_argument("--out", type=values.picture, required=True, metavar="PICTURE.png|.exr")
     render.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
     render.add_argument("--background", action="store_true", help="from the method's assets too, not from Cycles (light_field)")
-    render.add_argument("--focus", type=_metres, default=0.0, metavar="M", help="sharp this far from the cell's middle (light_field)")
+    render.add_argument("--focus", type=values.metres, default=0.0, metavar="M", help="sharp this far from the cell's middle (light_field)")
     render.add_argument("--backend", choices=("gpu", "eevee"), default="gpu", help="eevee: as node groups in EEVEE's own frame")
     _view(render, default_samples=16)
     _settings(render, samples=False)
@@ -97,23 +93,29 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     evaluate.add_argument("--out", type=Path, required=True, metavar="DIR")
     evaluate.add_argument("--backend", choices=("gpu", "numpy", "eevee"), default="gpu")
+    evaluate.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets, none of which is baked then; default: beside the .blend")
+    evaluate.add_argument("--part", type=values.part, metavar="I/N", help="the I-th of N parts alone, from --assets; merge puts them together")
     _view(evaluate, default_samples=64)
     _settings(evaluate, samples=False)
+
+    merge = verbs.add_parser("merge", help="the parts of a bake or an evaluation put together: what one process would have made")
+    merge.add_argument("parts", nargs="+", type=Path, metavar="DIR", help="folders of all parts, in any order")
+    merge.add_argument("--out", type=Path, required=True, metavar="DIR")
 
     native = _verb(verbs, "native", "a .blend whose materials show baked reflections in EEVEE, without this add-on")
     native.add_argument("--method", metavar="A")
     native.add_argument("--remove", action="store_true", help="give the reflectors their own materials back instead")
     native.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
     native.add_argument("--unpacked", action="store_true", help="images beside the new file, not in it")
-    native.add_argument("--out", type=_blend, required=True, metavar="NEW.blend")
+    native.add_argument("--out", type=values.blend, required=True, metavar="NEW.blend")
 
     export = _verb(verbs, "export", "the scene and its baked stand-ins as a folder that other programs can show")
     export.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the export; an earlier export there is replaced")
     export.add_argument("--methods", metavar="A,B", help="methods, baked where they are missing or stale; default: all that are baked")
     export.add_argument("--assets", type=Path, metavar="DIR", help="folder of the assets; default: beside the .blend")
-    export.add_argument("--size", type=_size, metavar="WxH", help="with pictures of a camera: Cycles' without reflections, the truth, and each method's")
+    export.add_argument("--size", type=values.size, metavar="WxH", help="with pictures of a camera: Cycles' without reflections, the truth, and each method's")
     export.add_argument("--camera", metavar="NAME", help="whose pictures; default: the scene's")
-    export.add_argument("--samples", type=_positive, default=64, metavar="N", help="Cycles' paths per pixel of the pictures")
+    export.add_argument("--samples", type=values.positive, default=64, metavar="N", help="Cycles' paths per pixel of the pictures")
     export.add_argument("--ktx2", action="store_true", help="float images as KTX2 in place of EXR, by KTX-Software's program ktx on PATH")
     export.add_argument("--json-progress", action="store_true", help="progress as JSON lines on standard output")
     _settings(export, samples=False)
@@ -163,82 +165,17 @@ def _verb(verbs, name: str, text: str) -> argparse.ArgumentParser:
 
 
 def _view(verb, default_samples: int) -> None:
-    verb.add_argument("--size", type=_size, required=True, metavar="WxH")
+    verb.add_argument("--size", type=values.size, required=True, metavar="WxH")
     verb.add_argument("--camera", metavar="NAME", help="default: the scene's")
-    verb.add_argument("--frame", type=_frame, metavar="N", help="default: the file's current frame")
-    verb.add_argument("--samples", type=_positive, default=default_samples, metavar="N", help="paths per pixel, of Cycles (of EEVEE: render --backend eevee)")
+    verb.add_argument("--frame", type=values.frame, metavar="N", help="default: the file's current frame")
+    verb.add_argument("--samples", type=values.positive, default=default_samples, metavar="N", help="paths per pixel, of Cycles (of EEVEE: render --backend eevee)")
 
 
 def _settings(verb, samples: bool = True) -> None:
-    verb.add_argument("--resolution", type=_resolution, metavar="N", help="of the baked images, texels")
-    verb.add_argument("--set", type=_setting, action="append", default=[], metavar="NAME=VALUE", help="a method's setting")
+    verb.add_argument("--resolution", type=values.resolution, metavar="N", help="of the baked images, texels")
+    verb.add_argument("--set", type=values.setting, action="append", default=[], metavar="NAME=VALUE", help="a method's setting")
     if samples:
-        verb.add_argument("--samples", type=_positive, metavar="N", help="Cycles' paths per texel")
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d{1,9})x(\d{1,9})", text.strip().lower())
-    if not match:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a size; write WIDTHxHEIGHT, {EXAMPLE}")
-    width, height = int(match[1]), int(match[2])
-    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE and width * height <= LARGEST_AREA):
-        raise argparse.ArgumentTypeError(
-            f"{width}x{height} is not possible; sides are 1 to {LARGEST_SIDE} and at most {LARGEST_AREA:,} pixels, {EXAMPLE}"
-        )
-    return width, height
-
-
-def _frame(text: str) -> int:
-    if not re.fullmatch(r"-?\d{1,7}", text) or abs(int(text)) > LAST_FRAME:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a frame; Blender's go from -{LAST_FRAME} to {LAST_FRAME}")
-    return int(text)
-
-
-def _positive(text: str) -> int:
-    if not re.fullmatch(r"\d{1,6}", text) or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 to 999999")
-    return int(text)
-
-
-def _metres(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value < FAR:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a distance in metres, 0 or more")
-    return value
-
-
-def _resolution(text: str) -> int:
-    value = _positive(text)
-    if value & (value - 1) or not 4 <= value <= 8192:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a power of two from 4 to 8192")
-    return value
-
-
-def _setting(text: str) -> tuple[str, object]:
-    name, equals, value = text.partition("=")
-    if not (name and equals):
-        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=VALUE")
-    try:
-        given = json.loads(value)
-    except ValueError:
-        return name, value  # a word
-    return name, tuple(given) if isinstance(given, list) else given
-
-
-def _picture(text: str) -> Path:
-    path = Path(text)
-    if path.suffix.lower() not in {".png", ".exr"}:
-        raise argparse.ArgumentTypeError(f"'{text}' must end in .png or .exr")
-    return path
-
-
-def _blend(text: str) -> Path:
-    if Path(text).suffix.lower() != ".blend":
-        raise argparse.ArgumentTypeError(f"'{text}' must end in .blend")
-    return Path(text)
+        verb.add_argument("--samples", type=values.positive, metavar="N", help="Cycles' paths per texel")
 
 
 class Interruption:

@@ -39,28 +39,16 @@ def save_asset(asset: Asset, folder: Path) -> Path:
     ValueError when the asset itself breaks the rules of core/asset.py (a bug in a bake); ReflectError when the disk
     refuses (no permission, full): the earlier asset is then unharmed and nothing half-written is left.
     """
-    folder = Path(folder)
     files, document = _document(asset)
-    temporary = folder.parent / temporary_name()
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        remove_abandoned(folder.parent)
-        temporary.mkdir()
-        try:
-            for name, parts in files.items():
-                _write(temporary / name, parts)
-            _write(temporary / JSON_NAME, [document])
-            _sync_folder(temporary)
-            _put_in_place(temporary, folder, files)
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)  # already renamed, or what a failure left
-    except OSError as error:
-        raise ReflectError(
-            f"The asset {asset.kind} of {asset.reflector or 'all reflectors'} could not be written to {folder}: "
-            f"{error.strerror or error}.",
-            "Make room there or save the .blend in a folder you may write to; an earlier asset is unharmed.",
-        ) from error
-    return folder
+    return _save(files, document, Path(folder), f"{asset.kind} of {asset.reflector or 'all reflectors'}")
+
+
+def copy_asset(source: Path, folder: Path) -> Path:
+    """Writes the asset in `source`, which is loaded and so checked, to `folder`, byte for byte; errors as load_asset's and save_asset's."""
+    source, asset = Path(source), load_asset(source)
+    document = bytes(read_bytes(source / JSON_NAME, MAX_JSON_BYTES))
+    images = {entry["file"]: [(source / entry["file"]).read_bytes()] for entry in json.loads(document)["arrays"].values()}
+    return _save(images, document, Path(folder), f"{asset.kind} of {asset.reflector or 'all reflectors'}")
 
 
 def load_asset(folder: Path) -> Asset:
@@ -95,6 +83,29 @@ def is_fresh(asset: Asset, inputs_hash: str) -> bool:
 
 
 # --- writing
+
+
+def _save(files: dict[str, list], document: bytes, folder: Path, what: str) -> Path:
+    """files: name -> its pieces; document: the text of asset.json; what: the asset, for a sentence."""
+    temporary = folder.parent / temporary_name()
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        remove_abandoned(folder.parent)
+        temporary.mkdir()
+        try:
+            for name, parts in files.items():
+                _write(temporary / name, parts)
+            _write(temporary / JSON_NAME, [document])
+            _sync_folder(temporary)
+            _put_in_place(temporary, folder, files)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)  # already renamed, or what a failure left
+    except OSError as error:
+        raise ReflectError(
+            f"The asset {what} could not be written to {folder}: {error.strerror or error}.",
+            "Make room there or save the .blend in a folder you may write to; an earlier asset is unharmed.",
+        ) from error
+    return folder
 
 
 def _document(asset: Asset) -> tuple[dict[str, list], bytes]:

@@ -44,6 +44,7 @@ def evaluate(
     samples: int = 64,
     backend: str = "gpu",
     settings: dict[str, object] | None = None,
+    assets: Path | None = None,
     progress: Progress | None = None,
 ) -> list[Row]:
     """Evaluates methods on one frame; writes out/results.json and out/pictures and returns the rows.
@@ -51,7 +52,7 @@ def evaluate(
     methods: registered names, and 'eevee' for EEVEE's own picture (evaluation/peer.py: a row per setting).
 
     settings: of the bakes (resolution, samples ...), over each method's defaults. Assets are read from the scene's folder
-    when fresh, else baked there, or below `out` where that folder cannot be written. ReflectError says what is missing.
+    when fresh, else baked there, or below `out` where that folder cannot be written; those of the folder `assets` are only read, and must be fresh. ReflectError says what is missing.
     """
     say = teller(progress, "The evaluation")
     for name in methods:
@@ -64,15 +65,15 @@ def evaluate(
         judged = judge(scene, snapshot, size, out, camera, samples, backend, say)
         frame_files(judged, out)
         if backend == EEVEE:
-            rows = _in_eevee(scene, judged, methods, out, settings or {}, say)
+            rows = _in_eevee(scene, judged, methods, out, settings or {}, assets, say)
         else:
-            rows = _here(scene, judged, methods, out, settings or {}, say)
+            rows = _here(scene, judged, methods, out, settings or {}, assets, say)
     write_rows(rows, out)
     say(1.0, f"wrote {out / 'results.json'}")
     return rows
 
 
-def _here(scene: bpy.types.Scene, judged: Judged, methods: tuple[str, ...], out: Path, settings: dict, say: Progress) -> list[Row]:
+def _here(scene: bpy.types.Scene, judged: Judged, methods: tuple[str, ...], out: Path, settings: dict, given: Path | None, say: Progress) -> list[Row]:
     """Methods by one of BACKENDS, timed in turns; EEVEE's own picture from another process."""
     rows, runs = [], {}
     for number, name in enumerate(methods):
@@ -82,7 +83,7 @@ def _here(scene: bpy.types.Scene, judged: Judged, methods: tuple[str, ...], out:
             rows += _peer_rows(scene, judged, out, lambda s, t: say(share + s * 0.58 / len(methods), t))
             continue
         baked = assets_for(
-            scene, judged.snapshot, name, out, settings, lambda s, t: say(share + s * 0.3 / len(methods), f"{name}: {t}")
+            scene, judged.snapshot, name, out, settings, lambda s, t: say(share + s * 0.3 / len(methods), f"{name}: {t}"), given
         )
         say(share + 0.4 / len(methods), f"{name}: drawing and comparing")
         run = BACKENDS[judged.backend](judged.snapshot, baked.assets, judged.look, judged.camera, judged.ray_map, baked.surfaces)
@@ -107,14 +108,14 @@ def _peer_rows(scene: bpy.types.Scene, judged: Judged, out: Path, say: Progress)
     return peer_rows(judged, job.samples, job.probe_side, pictures, out)
 
 
-def _in_eevee(scene: bpy.types.Scene, judged: Judged, methods: tuple[str, ...], out: Path, settings: dict, say: Progress) -> list[Row]:
+def _in_eevee(scene: bpy.types.Scene, judged: Judged, methods: tuple[str, ...], out: Path, settings: dict, given: Path | None, say: Progress) -> list[Row]:
     """Methods as node groups, and EEVEE's own picture beside them in the same process, so that times compare."""
     ours = [name for name in methods if name != peer.NAME]
     baked: dict[str, Baked] = {}
     for number, name in enumerate(ours):
         share = 0.4 + 0.3 * number / len(ours)
         if name in (*registry.gathering(), registry.AUTO):
-            baked[name] = assets_for(scene, judged.snapshot, name, out, settings, lambda s, t, share=share, name=name: say(share + s * 0.3 / len(ours), f"{name}: {t}"))
+            baked[name] = assets_for(scene, judged.snapshot, name, out, settings, lambda s, t, share=share, name=name: say(share + s * 0.3 / len(ours), f"{name}: {t}"), given)
     job = peer.job_of(scene, judged.camera_name, judged.camera, judged.snapshot, judged.ray_map)
     groups = tuple(Groups(name, str(baked[name].folder) if name in baked else "") for name in ours)
     job = replace(job, groups=groups, settings=job.settings if peer.NAME in methods else ())

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core import lobe_rays, pixel_rays
 from ..core import methods as registry
-from ..core.asset import Asset, asset_of
+from ..core.asset import Asset
 from ..core.background import background_of, can_show
 from ..core.background import why_none as why_no_background
 from ..core.camera import Camera
@@ -24,7 +24,7 @@ from ..scene.freshness import remarks
 from ..scene.look import read_look
 from ..scene.native_draw import why_none
 from ..scene.raytrace import Primary, primary
-from .assets import assets_for, baked_in
+from .assets import assets_for, complete_in
 from .eevee_picture import eevee_picture
 from .frame import open_frame
 from .judged import named_camera
@@ -69,15 +69,8 @@ def render_picture(
         if assets is None:
             baked = assets_for(scene, snapshot, method, out.parent, settings, lambda s, t: say(0.5 * s, t))
         else:
-            baked = baked_in(assets, snapshot, method)
+            baked = complete_in(assets, snapshot, method)
         loaded = baked.assets
-        if assets is not None:
-            missing = [i.name for i in snapshot.reflectors() if asset_of(loaded, i) is None]
-            if missing:
-                raise ReflectError(
-                    f"{assets} has no {method} asset of {', '.join(missing)}.",
-                    f"Make it with: reflect bake FILE.blend --methods {method} --out {assets}.",
-                )
         for asset in {id(a): a for a in loaded.values()}.values():
             for sentence in remarks(asset, snapshot):
                 say(0.5, f"Warning: {sentence}")

@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -46,13 +46,15 @@ def bake_assets(
     tracer: Callable = trace,
     progress: Progress | None = None,
     again: bool = False,
+    only: Collection[tuple[str, str]] | None = None,
 ) -> list[Path]:
     """Bakes the wanted methods (and what they require) for the named reflectors, all of them when none is named.
 
     Assets go to folder/<kind>-<reflector>; those that are fresh stay, and remember what is asked for now of how they are drawn, unless
     `again`, which takes nothing over from an earlier bake. With a method's setting `live` the surfaces of what may move are baked too, for a method that draws
     surfaces all that it draws (folder/surface_radiance-all). settings override the methods' defaults where a method has
-    such a setting; own_settings, by a reflector's name, those for it alone. progress(done in 0..1, text) may return False to cancel. Returns the folders of all assets asked
+    such a setting; own_settings, by a reflector's name, those for it alone. only: (kind, reflector's name) of those that are baked, and all that they
+    require, where it is not all (bake_part.py). progress(done in 0..1, text) may return False to cancel. Returns the folders of all assets asked
     for. ReflectError: no reflector, an unknown name, a disk that refuses.
     """
     chosen = chosen_reflectors(scene, reflectors)
@@ -66,6 +68,8 @@ def bake_assets(
     for index, reflector in enumerate(chosen):
         done: dict[str, Asset] = {}
         for step, kind in enumerate(kinds):
+            if only is not None and (kind, reflector.name) not in only:
+                continue
             asked = settings_for(kind, {**(settings or {}), **(own_settings or {}).get(reflector.name, {})})
             together = chosen if asked.get("shared") else ()
             path = Path(folder) / asset_name(kind, "" if together else reflector.name)

@@ -31,6 +31,21 @@ def glowing_room(name):
     return scene, walls
 
 
+def two_mirrors(path):
+    """A closed room, saved, with a ball that mirrors, and a small one far from it behind a pillar; a camera sees both. Returns the path."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    _, walls = glowing_room("hall")
+    parts.box("Pillar", (0.5, 0.5, 1.5), (1.5, 0.6, 0.75), walls)
+    # Round, and nearer to one of them: before the panel is captured, other rays are traced for each.
+    parts.sphere("Bead", 0.15, walls, 12, location=(0.9, -0.4, 0.7))
+    parts.panel("Panel", 0.5, 0.5, walls, location=(-0.5, 0.2, 0.5))
+    parts.sphere("Near", 0.4, parts.mirror(), 16, location=(0.3, -0.2, 1.0))
+    parts.sphere("Far", 0.15, bpy.data.materials["Mirror"], 16, location=(-1.2, 1.2, 0.8))
+    parts.camera((0, -1.9, 1.3), (0.1, 1.0, 1.1), lens=24)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
 def saved_ball(path):
     """A small ball in the open file, marked by hand and selected, and the file saved. The add-on must be on."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=6)

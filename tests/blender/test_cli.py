@@ -160,7 +160,7 @@ def test_a_folder_that_cannot_be_written(tiny, tmp_path, capfd):
 def test_bugs_are_one_line_unless_asked(tiny, tmp_path, capfd, monkeypatch):
     from reflect_addon import verbs
 
-    monkeypatch.setattr(verbs, "_scene", lambda _: 1 / 0)
+    monkeypatch.setattr(verbs, "scene_of", lambda _: 1 / 0)
     status, _, err = run(capfd, "analyse", tiny)
     assert status == 1 and "ZeroDivisionError" in err and "--debug" in err and "Traceback" not in err
     assert "Traceback" in run(capfd, "analyse", tiny, "--debug")[2]

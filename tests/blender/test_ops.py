@@ -217,7 +217,7 @@ def test_another_setting_makes_assets_old(ball):
 
 def test_bakes_are_asked_for_what_is_set(ball, monkeypatch):
     """The worker gets every setting of the method and of what it requires, as the command line reads them."""
-    from reflect_addon import cli
+    from reflect_addon import cli_values
 
     seen = fake_worker(monkeypatch, "print(json.dumps({'done': []}))")
     settings = bpy.context.scene.reflect
@@ -226,7 +226,7 @@ def test_bakes_are_asked_for_what_is_set(ball, monkeypatch):
     bpy.ops.reflect.bake()
     words = seen[0][3]
     assert words[::2] == ["--set"] * (len(words) // 2)
-    given = dict(cli._setting(word) for word in words[1::2])
+    given = dict(cli_values.setting(word) for word in words[1::2])
     assert given == settings.bake_settings()
     assert (given["maps"], given["half"], given["ground_morph"], given["optimal"]) == (2, True, 0.3, False)
     settings.method, settings.environment.resolution = "box_proxy", "512"

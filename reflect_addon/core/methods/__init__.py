@@ -25,6 +25,9 @@ and may have
                                                  tried only where it is (planning/shown.py)
     SHOWS_ITSELF: str                            the setting that says whether a reflector's rays that meet it again see it; they do not where it is not given
     VARIANTS: tuple[tuple[float, dict], ...]     settings that plans try beside those asked for, and the effort of each
+    BAKE_EFFORT: float                           about how long its bake takes, in environment maps' (core/parts.py deals by it); 1 where it is not given
+    TOGETHER: str                                bakes of one run with this word take captures from each other, for all their reflectors; "" where it is
+                                                 not given: a bake is the same to the bit whatever else was baked with it
     needless(tried, own) -> str                  why it shows nothing better than what a plan has tried (kind -> asset), as a sentence's end, or "";
                                                  own: whether the reflector's rays meet itself
     outlines(asset) -> Outlines                  what it is in space, to be looked at (core/outlines.py)

@@ -47,6 +47,7 @@ from . import environment
 NAME = "billboards"
 LABEL = "Billboards"
 REQUIRES = ()
+TOGETHER, BAKE_EFFORT = "flat", 0.5
 EFFORT = 3.0
 DEFAULTS = {
     "resolution": 128, "samples": 16, "texels": 128, "sky_error": environment.DEFAULTS["sky_error"], "live": False,

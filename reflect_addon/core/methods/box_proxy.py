@@ -24,6 +24,7 @@ from . import environment
 NAME = "box_proxy"
 LABEL = "Box Proxy"
 REQUIRES = ("environment",)
+BAKE_EFFORT = 0.1
 READS_REQUIRED = True
 DEFAULTS = {}
 

@@ -41,6 +41,7 @@ from .billboards import inputs  # noqa: F401  the method's own (methods/__init__
 NAME = "depth_maps"
 LABEL = "Depth Maps"
 REQUIRES = ()
+TOGETHER, BAKE_EFFORT = billboards.TOGETHER, 4.0
 EFFORT, SHOWS_ITSELF = 60.0, "self_reflections"
 # Settings that a plan tries, too, from cheap to dear: (effort, what differs).
 VARIANTS = (

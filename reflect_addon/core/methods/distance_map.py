@@ -26,6 +26,7 @@ from . import environment
 NAME = "distance_map"
 LABEL = "Distance Map"
 REQUIRES = ("environment",)
+BAKE_EFFORT = 0.1
 READS_REQUIRED = True
 EFFORT = 4.0
 SETTINGS = {

@@ -33,6 +33,7 @@ from . import environment
 NAME = "layered_distance"
 LABEL = "Layered Distance Map"
 REQUIRES = ()
+BAKE_EFFORT = 1.5
 EFFORT = 25.0
 SETTINGS = {
     "layers": Setting("Layers", "Surfaces behind each other that the map holds in each direction. More find what is hidden "

@@ -45,6 +45,7 @@ from . import billboards, depth_maps
 NAME = "light_field"
 LABEL = "Light Field"
 REQUIRES = ()
+BAKE_EFFORT = 2.0
 EFFORT = 7.0
 GOES_ON = True
 COMPANIONS = ("depth_maps", "billboards")

@@ -22,6 +22,7 @@ from . import environment
 NAME = "sphere_proxy"
 LABEL = "Sphere Proxy"
 REQUIRES = ("environment",)
+BAKE_EFFORT = 0.1
 READS_REQUIRED = True
 DEFAULTS = {}
 

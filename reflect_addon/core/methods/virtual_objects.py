@@ -36,6 +36,7 @@ from . import layered_distance
 NAME = "virtual_objects"
 LABEL = "Virtual Objects"
 REQUIRES = (layered_distance.NAME,)
+BAKE_EFFORT = 2.0
 SURFACES = reflected_surfaces.SETTINGS
 SETTINGS = {
     "map_texels": Setting("Map Texels", "Texels along an edge of the maps of a reflector's own shape. More place reflections on finer "
