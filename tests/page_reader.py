@@ -31,6 +31,10 @@ class Page:
     def shader(self, key: str) -> str:
         return (self.folder / self.manifest["shaders"][key]["file"]).read_text(encoding="ascii")
 
+    def godot(self, key: str) -> str:
+        """The same in Godot's language."""
+        return (self.folder / self.manifest["shaders"][key]["godot"]["file"]).read_text(encoding="ascii")
+
     def program(self, reflector: int, method: str) -> tuple[str, dict[str, np.ndarray], np.ndarray]:
         """(functions, texture of each sampler, (n, 4) uniforms) of a method's answer."""
         answer = self.manifest["reflectors"][reflector]["methods"][method]

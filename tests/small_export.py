@@ -73,7 +73,7 @@ def read_everything(folder: Path) -> dict[str, Asset]:
     from reflect_addon.scene.import_assets import asset_of, image_of
 
     export = reading.read_export(folder)
-    for shader in export.manifest.shaders.values():
+    for shader in export.manifest.texts():
         export.content(shader)
     for key in export.manifest.images:
         image_of(export, key)

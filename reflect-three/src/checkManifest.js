@@ -11,7 +11,8 @@ const FIELDS = {
   manifest: ["what", "format", "generator", "scene", "look", "images", "shaders", "assets", "materials", "surface", "reflectors", "pictures", "plan"],
   scene: ["file", "name", "bytes", "sha256"],
   image: ["file", "kind", "width", "height", "bytes", "sha256"],
-  shader: ["file", "bytes", "sha256"],
+  shader: ["file", "bytes", "sha256", "godot"],
+  text: ["file", "bytes", "sha256"],
   material: ["name", "base_color", "metallic", "specular_tint", "ior", "weight", "roughness"],
   reflector: ["name", "node", "materials", "methods"],
   method: ["kind", "assets", "shader", "samplers", "slots", "bytes"],
@@ -27,7 +28,7 @@ const SAMPLER = /^(?!gl_)(?!.*__)[A-Za-z][A-Za-z0-9_]{0,79}$/;
  * @typedef {{name: string, node: number, materials: number[], methods: Record<string, MethodEntry>}} ReflectorEntry
  * @typedef {{camera: string, node: number, width: number, height: number, projection: number[], behind: string, truth: string, methods: Record<string, string>}} PictureEntry
  * @typedef {{what: string, format: number, generator: string, scene: FileEntry, look: {exposure: number, table: string|null},
- *   images: Record<string, ImageEntry>, shaders: Record<string, FileEntry>, assets: Record<string, object>, materials: MaterialEntry[],
+ *   images: Record<string, ImageEntry>, shaders: Record<string, FileEntry & {godot: FileEntry}>, assets: Record<string, object>, materials: MaterialEntry[],
  *   surface: string, reflectors: ReflectorEntry[], pictures: PictureEntry[], plan: object|null}} Manifest
  */
 
@@ -102,12 +103,17 @@ function checkImages(images) {
 
 function checkShaders(shaders) {
   for (const [id, shader] of Object.entries(shaders)) {
-    record(shader, `shaders.${id}`, FIELDS.shader);
-    fileName(shader.file, `shaders.${id}.file`, "shaders", [".glsl"]);
+    checkText(record(shader, `shaders.${id}`, FIELDS.shader), `shaders.${id}`, ".glsl");
     idOf(id, shader.file, `shaders.${id}.file`);
-    whole(shader.bytes, `shaders.${id}.bytes`, 1, SHADER_BYTES);
-    sha256(shader.sha256, `shaders.${id}.sha256`, shader.file);
+    // Another program's, which is not fetched here.
+    checkText(record(shader.godot, `shaders.${id}.godot`, FIELDS.text), `shaders.${id}.godot`, ".gdshaderinc");
   }
+}
+
+function checkText({ file, bytes, sha256: sum }, field, ending) {
+  fileName(file, `${field}.file`, "shaders", [ending]);
+  whole(bytes, `${field}.bytes`, 1, SHADER_BYTES);
+  sha256(sum, `${field}.sha256`, file);
 }
 
 function checkLook(look, { images }) {

@@ -35,8 +35,10 @@ export function exportFolder() {
     return id;
   };
   const shader = (text) => {
-    const [id, entry] = put(exact(Buffer.from(text)), "shaders", "", "glsl");
-    shaders[id] = entry;
+    const bytes = exact(Buffer.from(text));
+    const [id, entry] = put(bytes, "shaders", "", "glsl");
+    const [, godot] = put(bytes, "shaders", "", "gdshaderinc");
+    shaders[id] = { ...entry, godot };
     return id;
   };
   const tx = image("tx", 24, 20, exrFile(24, 20, "half", (x, y, c) => x + 32 * y + c));

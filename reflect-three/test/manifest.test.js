@@ -34,6 +34,8 @@ test("each refusal says where", () => {
   refused((m) => (m.images[id].file = "/images/a.exr"), /no plain name/);
   refused((m) => (m.images[id].file = "https://example.com/a.exr"), /no plain name/);
   refused((m) => (m.images[id].sha256 = m.images[id].sha256.replace(/^./, (c) => (c === "0" ? "1" : "0"))), /sha256/);
+  refused((m) => (m.shaders[m.surface].godot.file = "shaders/../x.gdshaderinc"), /godot.file is "shaders/);
+  refused((m) => delete m.shaders[m.surface].godot, /no field godot/);
   refused((m) => (m.look.table = id), /look.table/);
   refused((m) => (m.look.exposure = Infinity), /look.exposure is not a finite number/);
   refused((m) => (m.reflectors[0].materials = [1]), /materials\[0\] is 1/);

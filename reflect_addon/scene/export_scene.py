@@ -19,7 +19,8 @@ from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.exchange import manifest as m
 from ..core.exchange.checked import manifest_of
-from ..core.kernel import ES_300, emit_glsl, emitted, record_function
+from ..core.kernel import ES_300, GODOT, emit_glsl, emitted, record_function
+from ..core.kernel.glsl_text import Dialect
 from ..core.look import TABLE_SIDE
 from ..core.look import Look as SceneLook
 from ..core.planning.plan import Plan, document_of
@@ -87,7 +88,7 @@ class SceneExport:
             table = self._image("look", m.LOOK_KIND, np.concatenate([unrolled, np.ones_like(unrolled[..., :1])], -1).astype(np.float16))
         made = m.Manifest(
             f"Reflect in Blender {bpy.app.version_string}", scene, m.Look(look.exposure, table), self._images, self._shaders, self._assets, tuple(self._materials),
-            self._shader(surface_source()), reflectors, tuple(self._pictures), document_of(plan) if plan else None,
+            self._shader(surface_source(ES_300), surface_source(GODOT)), reflectors, tuple(self._pictures), document_of(plan) if plan else None,
         )  # fmt: skip
         content = m.text_of(made)
         try:
@@ -101,10 +102,10 @@ class SceneExport:
         if id(asset) in self._known:
             return self._known[id(asset)]
         ids = [self._asset(one) for one in (asset.alone or asset, *asset.beside)]
-        kernel = emitted(methods.get(asset.kind).trace, asset, WANTED, ES_300)
+        kernel, other = (emitted(methods.get(asset.kind).trace, asset, WANTED, dialect) for dialect in (ES_300, GODOT))
         samplers = {sampler: self._image(name, name.rpartition("_")[2], asset.images[name]) for name, sampler in kernel.images.items()}
         slots = kernel.pack_uniforms(asset).reshape(-1, 4).tolist() if kernel.block_name else []
-        answer = m.Answer(asset.kind, tuple(ids), self._shader(kernel.source), samplers, tuple(map(tuple, slots)), asset.bytes())
+        answer = m.Answer(asset.kind, tuple(ids), self._shader(kernel.source, other.source), samplers, tuple(map(tuple, slots)), asset.bytes())
         self._known[id(asset)] = answer
         self._kept.append(asset)
         return answer
@@ -154,15 +155,17 @@ class SceneExport:
         write_exr(path, array, compression="zip")
         return path
 
-    def _shader(self, source: str) -> str:
-        content = source.encode("ascii")
-        sha256 = hashlib.sha256(content).hexdigest()
-        key = sha256[: m.DIGITS]
+    def _shader(self, glsl: str, godot: str) -> str:
+        """The id of a kernel, given in both languages."""
+        text = self._text(glsl, m.GLSL)
+        key = text.sha256[: m.DIGITS]
         if key not in self._shaders:
-            file = f"{m.SHADERS}/{key}.glsl"
-            (self.folder / file).write_bytes(content)
-            self._shaders[key] = m.Shader(file, len(content), sha256)
+            self._shaders[key] = m.Shader(text.file, text.bytes, text.sha256, self._text(godot, m.GODOT))
         return key
+
+    def _text(self, source: str, ending: str) -> m.Text:
+        content = source.encode("ascii")
+        return m.Text(self._file(m.SHADERS, "", ending, content), len(content), hashlib.sha256(content).hexdigest())
 
     def _file(self, folder: str, name: str, ending: str, content: bytes) -> str:
         path = self.folder / folder / f"new.{ending}"
@@ -172,14 +175,14 @@ class SceneExport:
     def _named(self, path: Path, name: str, ending: str) -> str:
         """Renames a file of the export by its content; its name below the folder."""
         digits = hashlib.sha256(path.read_bytes()).hexdigest()[: m.DIGITS]
-        new = path.with_name(f"{name}-{digits}.{ending}")
+        new = path.with_name(f"{name}{'-' * bool(name)}{digits}.{ending}")
         os.replace(path, new)
         return new.relative_to(self.folder).as_posix()
 
 
-def surface_source() -> str:
+def surface_source(dialect: Dialect) -> str:
     """What a surface does before and after a ray is answered: how many rays a pixel sends (core/pixel_rays.py), and what it makes of what they bring (core/shading.py)."""
     mirrors = record_function(shading.reflectance, shading.REFLECTANCE_INPUTS, options={"has_metal": True, "has_dielectric": True})
     pixel = record_function(pixel_rays.rays, pixel_rays.INPUTS)
     parts = ((mirrors, ("reflectance", "opacity"), "surface_reflectance"), (pixel, ("rays", "line", "width", "spread"), "rays_of_pixel"))
-    return "".join(emit_glsl(program, wanted, name, dialect=ES_300).source for program, wanted, name in parts)
+    return "".join(emit_glsl(program, wanted, name, dialect=dialect).source for program, wanted, name in parts)

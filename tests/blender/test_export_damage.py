@@ -80,6 +80,8 @@ WRONG = {
     "blocks": (lambda d: image_of_kind(d, "bc1").update(width=18), "blocks"),
     "shader's name": (put("shaders", file="shaders/../x.glsl"), ".file"),
     "shader's size": (put("shaders", bytes=1 << 30), ".bytes"),
+    "Godot's name": (lambda d: first(d, "shaders")["godot"].update(file="shaders/../x.gdshaderinc"), ".godot.file"),
+    "no text for Godot": (lambda d: first(d, "shaders").pop("godot"), "other fields"),
     "no such shader": (lambda d: answer(d).update(shader="0" * 12), ".shader"),
     "no such image": (lambda d: answer(d)["samplers"].update(a="x-" + "0" * 12), ".samplers"),
     "a sampler's name": (lambda d: answer(d)["samplers"].update({"a; void": next(iter(d["images"]))}), ".samplers"),
@@ -236,7 +238,7 @@ def read_one(folder: Path, name: str) -> None:
     for key, image in export.manifest.images.items():
         if image.file == name:
             image_of(export, key)
-    for shader in export.manifest.shaders.values():
+    for shader in export.manifest.texts():
         if shader.file == name:
             export.content(shader)
     for key in export.manifest.assets if name == "reflect.json" else ():

@@ -15,15 +15,20 @@ from .manifest import (
     DIGITS,
     ENDINGS,
     FORMAT,
+    GLSL,
+    GODOT,
     LOOK_KIND,
     LOOK_SIZE,
     MAX_SLOTS,
     SCENE_NAME,
+    SHADERS,
     WHAT,
     Answer,
     Image,
     Manifest,
     Material,
+    Shader,
+    Text,
 )
 
 EXPORT_AGAIN = "Export it again."
@@ -68,10 +73,9 @@ def _check(manifest: Manifest, path: Path) -> None:
     _need(total <= MAX_BYTES, "images", f"declare {total / 2**30:.1f} GiB, more than {MAX_BYTES >> 30}")
     for key, shader in manifest.shaders.items():
         name = f"shaders[{key[:60]!r}]"
-        _hash(f"{name}.sha256", shader.sha256)
         _need(bool(_SHADER_ID.fullmatch(key)) and shader.sha256.startswith(key), name, "is no id of this content")
-        _need(shader.file == f"shaders/{key}.glsl", f"{name}.file", f"is not shaders/{key}.glsl")
-        _size(f"{name}.bytes", shader.bytes, MAX_SHADER_BYTES)
+        _text(name, shader, GLSL)
+        _text(f"{name}.godot", shader.godot, GODOT)
     _look(manifest)
     for key, entry in manifest.assets.items():
         _asset(f"assets[{key[:60]!r}]", key, entry, manifest.images, path)
@@ -118,6 +122,13 @@ def _image(field: str, key: str, image: Image) -> None:
         _need(image.bytes == body + 128, f"{field}.bytes", f"is not {body + 128}")
     _need(body <= DEFLATED * image.bytes, f"{field}.bytes", "is too little for a picture of this size")
     _size(f"{field}.bytes", image.bytes, body + body // 64 + (1 << 16) + 16 * image.height)  # deflate may add a little, headers and offsets do
+
+
+def _text(field: str, text: Shader | Text, ending: str) -> None:
+    _hash(f"{field}.sha256", text.sha256)
+    file = f"{SHADERS}/{text.sha256[:DIGITS]}.{ending}"
+    _need(text.file == file, f"{field}.file", f"is not {file}")
+    _size(f"{field}.bytes", text.bytes, MAX_SHADER_BYTES)
 
 
 def _look(manifest: Manifest) -> None:

@@ -15,6 +15,7 @@ from ..look import TABLE_SIDE
 WHAT, FORMAT = "reflect export", 1
 FILE_NAME, SCENE_NAME, EXTENSION = "reflect.json", "scene.gltf", "REFLECT_reflections"
 IMAGES, SHADERS, PICTURES = "images", "shaders", "pictures"
+GLSL, GODOT = "glsl", "gdshaderinc"  # endings of kernels' files
 DIGITS = 12  # of a content's SHA-256 that its file's name holds
 LOOK_KIND, LOOK_SIZE = "look", (TABLE_SIDE**2, TABLE_SIDE)
 ENDINGS = {"tx": ("exr", "ktx2"), "buf": ("exr", "ktx2"), "bc1": ("dds",), LOOK_KIND: ("exr", "ktx2")}  # the first one where nothing is asked for
@@ -51,10 +52,20 @@ class Image:
 
 
 @dataclass(frozen=True)
-class Shader:
+class Text:
     file: str
     bytes: int
     sha256: str
+
+
+@dataclass(frozen=True)
+class Shader:
+    """A kernel in two languages: a loader reads one of them. The id is of the first."""
+
+    file: str  # GLSL ES 3.00
+    bytes: int
+    sha256: str
+    godot: Text
 
 
 @dataclass(frozen=True)
@@ -116,10 +127,14 @@ class Manifest:
     pictures: tuple[Picture, ...]
     plan: dict | None
 
+    def texts(self) -> tuple[Shader | Text, ...]:
+        """All files of kernels."""
+        return (*self.shaders.values(), *(shader.godot for shader in self.shaders.values()))
+
     def files(self) -> set[str]:
         """Of all that it names, below the folder; what the glTF names is beside them."""
         drawn = {name for p in self.pictures for name in (p.behind, p.truth, *p.methods.values())}
-        return {FILE_NAME, self.scene.file, *(i.file for i in self.images.values()), *(s.file for s in self.shaders.values())} | drawn
+        return {FILE_NAME, self.scene.file, *(i.file for i in self.images.values()), *(s.file for s in self.texts())} | drawn
 
 
 def text_of(manifest: Manifest) -> bytes:

@@ -11,7 +11,7 @@ from ..errors import ReflectError
 from ..safe_read import read_bytes
 from . import exr_header, ktx2_header
 from .checked import EXPORT_AGAIN, MAX_SCENE_BYTES, manifest_of
-from .manifest import EXTENSION, FILE_NAME, Image, Manifest, Shader
+from .manifest import EXTENSION, FILE_NAME, Image, Manifest, Shader, Text
 
 MAX_JSON_BYTES = 64 << 20  # what rows stand for takes most of it
 
@@ -23,8 +23,8 @@ class Export:
     folder: Path
     manifest: Manifest
 
-    def content(self, entry: Image | Shader) -> bytearray:
-        """The file of an image or shader, whose checksum holds and, of an image, whose header says what the manifest says. ReflectError else."""
+    def content(self, entry: Image | Shader | Text) -> bytearray:
+        """The file of an image or of a kernel's text, whose checksum holds and, of an image, whose header says what the manifest says. ReflectError else."""
         data = _content(self.folder, entry.file, entry.bytes, entry.sha256)
         if entry.file.endswith((".exr", ".ktx2")):
             _check_header(self.folder / entry.file, data, entry)
@@ -40,7 +40,7 @@ def read_export(folder: Path) -> Export:
     """The export in a folder. ReflectError names the file and the field that are wrong; no image is read."""
     folder = Path(folder)
     manifest = read_manifest(folder)
-    for entry in (manifest.scene, *manifest.images.values(), *manifest.shaders.values()):
+    for entry in (manifest.scene, *manifest.images.values(), *manifest.texts()):
         _check_size(folder, entry.file, entry.bytes)
     _check_nodes(folder, manifest)
     return Export(folder, manifest)

@@ -1,4 +1,4 @@
-"""The GLSL emitter: one readable function per program, for Blender's gpu module and, as another dialect of the same text, for GLSL ES 3.00.
+"""The GLSL emitter: one readable function per program, for Blender's gpu module and, as other dialects of the same text, for GLSL ES 3.00 and Godot.
 
 Only what the wanted outputs need is in the text. Loops are `for` with `break`, or a block where there is one step; branches
 are `if`; names are those of k.name and of loop-body parameters; k.cite became comments. Images are sampler2D and read with
@@ -27,7 +27,7 @@ class GlslKernel:
     images: the asset's image name -> sampler2D to declare and bind. Those not read are not in here.
     uniforms: name -> type, those that are read. With block_name empty, declare each as a push constant called
     push_names[name] (a bool as a float); otherwise declare typedef and a uniform buffer block_type block_name, filled
-    with pack_uniforms(asset).
+    with pack_uniforms(asset). Without a typedef (Godot) the uniform is vec4 block_name[slots].
     """
 
     function: str
@@ -86,7 +86,7 @@ def emit_glsl(
     for name, kind in uniforms.items():
         if block:
             slot, first = layout[name]
-            source = f"{block_name}.slot[{slot}].{'xyzw'[first : first + SIZES[kind]]}"
+            source = f"{block_name}{dialect.slots}[{slot}].{'xyzw'[first : first + SIZES[kind]]}"
         else:
             source = push_names[name]
         if block or kind == "bool":
@@ -110,9 +110,9 @@ def emit_glsl(
         images,
         uniforms,
         push_names,
-        block_type if block else "",
+        block_type if block and dialect.slots else "",
         block_name if block else "",
-        f"struct {block_type} {{\n  vec4 slot[{slots}];\n}};\n" if block else "",
+        f"struct {block_type} {{\n  vec4 slot[{slots}];\n}};\n" if block and dialect.slots else "",
     )
 
 

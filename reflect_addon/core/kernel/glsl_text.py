@@ -51,6 +51,7 @@ class Dialect:
     reserved: frozenset[str] = RESERVED  # words that nothing can be called
     prefixes: tuple[str, ...] = ("gl_",)  # that no name may begin with
     strict: bool = False  # no "__" in names, comments of ASCII without a backslash: browsers refuse shaders for less
+    slots: str = ".slot"  # from a uniform block's name to its array of vec4; empty where the uniform is the array itself
 
     def comment(self, words: str) -> str:
         """Words as they may stand in a comment."""
@@ -76,6 +77,24 @@ ES_300 = Dialect(
     ),
     ("gl_", "webgl_", "_webgl_"),
     True,
+)
+# Godot 4's shading language, which is made into GLSL by Godot with other names [Godot, "Shading language"]: its words, and the constants that it puts into every
+# shader. It has no uniform of a struct. What it has of GLSL's preprocessor is enough for the guards of helpers.
+GODOT = Dialect(
+    "Godot's shading language",
+    RESERVED
+    | frozenset(
+        """bvec2 bvec3 bvec4 ivec3 ivec4 uvec2 uvec3 uvec4 mat2 isampler2D usampler2D sampler2DArray isampler2DArray usampler2DArray sampler3D isampler3D
+        usampler3D samplerCube samplerCubeArray samplerExternalOES shader_type render_mode stencil_mode group_uniforms instance instance_index source_color
+        color_conversion_disabled hint_range hint_enum hint_normal hint_default_white hint_default_black hint_default_transparent hint_anisotropy
+        hint_roughness_r hint_roughness_g hint_roughness_b hint_roughness_a hint_roughness_normal hint_roughness_gray hint_screen_texture
+        hint_normal_roughness_texture hint_depth_texture filter_nearest filter_linear filter_nearest_mipmap filter_linear_mipmap
+        filter_nearest_mipmap_anisotropic filter_linear_mipmap_anisotropic repeat_enable repeat_disable PI TAU E TIME OUTPUT_IS_SRGB CLIP_SPACE_FAR texelFetch
+        textureSize defined""".split()
+    ),
+    ("gl_", "hint_"),
+    True,
+    "",
 )
 ATOM, UNARY, MUL, ADD, LESS, EQUAL, AND, OR, SELECT = range(9, 0, -1)  # precedence, tightest first
 INFIX = {"add": ("+", ADD), "sub": ("-", ADD), "mul": ("*", MUL), "div": ("/", MUL)} | {
