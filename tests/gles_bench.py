@@ -54,7 +54,7 @@ def run_gles(jobs: list[Job], folder: Path) -> list[dict[str, np.ndarray]]:
     arrays, told = {}, []
     for k, job in enumerate(jobs):
         for name, values in job.inputs.items():
-            arrays[f"{k} given_{name}"] = _rows(values)
+            arrays[f"{k} given_{name}"] = rows(values)
         for name, image in job.samplers.items():
             arrays[f"{k} {name}"] = image
         slots = job.slots if job.slots is not None and len(job.slots) else None
@@ -75,7 +75,7 @@ def run_gles(jobs: list[Job], folder: Path) -> list[dict[str, np.ndarray]]:
     return results
 
 
-def _rows(values: np.ndarray) -> np.ndarray:
+def rows(values: np.ndarray) -> np.ndarray:
     """(N,) or (N, c) padded to (rows, WIDTH, 4)."""
     values = np.asarray(values, np.float32).reshape(len(values), -1)
     out = np.zeros((-(-len(values) // WIDTH) * WIDTH, 4), np.float32)

@@ -4,32 +4,18 @@ import numpy as np
 import pytest
 import random_kernels
 import tolerances
-from baked_methods import SETTINGS, bake_all, is_on_the_brink, rays_of_all_kinds, same_answer, scene_of_everything
-from gles_bench import Job, run_gles
-from mesh_scenes import job as bake_job
+from baked_methods import is_on_the_brink, rays_of_all_kinds, same_answer
+from gles_bench import run_gles
+from kernel_jobs import baked_everything, job_of
 from tolerances_nodes import KERNEL_BRINK_SHARE
 
-from reflect_addon.core import bc1, methods, pixel_rays, shading
+from reflect_addon.core import methods, pixel_rays, shading
 from reflect_addon.core.asset import Asset
 from reflect_addon.core.kernel import ES_300, emit_glsl, emitted, evaluate, record, record_function, run_numpy
 from reflect_addon.core.rays import Answer, Rays
 
 pytest.importorskip("moderngl", reason="SKIPPED: no moderngl; ./dev installs it")
 COUNT, PROGRAMS = 20_000, 10
-
-
-def as_texture(image: np.ndarray) -> np.ndarray:
-    """An asset's image as a sampler reads it."""
-    if image.dtype != np.uint8:
-        return image
-    y, x = np.indices((image.shape[0] * bc1.SIDE, image.shape[1] * bc1.SIDE))
-    rgb = bc1.texels(image, x, y)
-    return np.concatenate([rgb, np.ones_like(rgb[..., :1])], -1).astype("f")
-
-
-def job_of(kernel, asset: Asset, inputs: dict[str, np.ndarray]) -> Job:
-    samplers = {sampler: as_texture(asset.images[name]) for name, sampler in kernel.images.items()}
-    return Job(kernel.source, inputs, kernel.outputs, samplers, kernel.pack_uniforms(asset).reshape(-1, 4) if kernel.block_name else None, kernel.function)
 
 
 def test_random_programs(rng, tmp_path):
@@ -44,15 +30,8 @@ def test_random_programs(rng, tmp_path):
             assert share <= KERNEL_BRINK_SHARE, f"program {seed}, output {name}"
 
 
-@pytest.fixture(scope="module")
-def assets():
-    scene = scene_of_everything()
-    found, method = bake_all(scene), methods.get("light_field")
-    found["light_field of blocks"] = method.bake(bake_job(scene, {**method.DEFAULTS, **SETTINGS, "compressed": True}, {}))
-    return found
-
-
-def test_every_gathering_method(assets, rng, tmp_path):
+def test_every_gathering_method(rng, tmp_path):
+    assets = baked_everything()
     rays = rays_of_all_kinds(np.random.default_rng(11), COUNT)
     width, spread = rng.uniform(0, 0.05, COUNT).astype("f"), rng.choice([0.0, 0.004, 0.05, 0.7], COUNT).astype("f")
     inputs = {"origin": rays.origin, "direction": rays.direction, "width": width, "spread": spread}

@@ -165,7 +165,7 @@ class _Writer:
         if node in self.inlined:
             return self.inlined[node]
         if node.op == "const":
-            return text.constant(node)
+            return text.constant(node, self.dialect)
         if node.op == "input":
             return node.data, text.ATOM
         if node.op == "uniform":
@@ -237,7 +237,7 @@ class _Writer:
             counter = self.space.new(f"{loop.index.name}_int")
             limit = f"{counter} < {loop.count}"
             if loop.count is None:
-                limit = f"float({counter}) < {self.expression(node.args[-1])[0]}"
+                limit = f"(float({counter}) < {self.expression(node.args[-1])[0]})"  # Godot takes a type's name at the beginning for a declaration
             self.line(f"for (int {counter} = 0; {limit}; {counter}++) {{")
         self.indent += 1
         if not once and loop.index in self.plan.uses:

@@ -51,11 +51,18 @@ class Dialect:
     reserved: frozenset[str] = RESERVED  # words that nothing can be called
     prefixes: tuple[str, ...] = ("gl_",)  # that no name may begin with
     strict: bool = False  # no "__" in names, comments of ASCII without a backslash: browsers refuse shaders for less
+    least: float = 0.0  # smaller constants are written by their bits
     slots: str = ".slot"  # from a uniform block's name to its array of vec4; empty where the uniform is the array itself
 
     def comment(self, words: str) -> str:
         """Words as they may stand in a comment."""
         return words.encode("ascii", "replace").decode().replace("\\", "/") if self.strict else words
+
+    def literal(self, value: float) -> str:
+        """The text that is this float32 again."""
+        if 0 < abs(np.float32(value)) < self.least:
+            return f"uintBitsToFloat(0x{np.float32(value).view(np.uint32):08x}u)"
+        return literal(value)
 
     def check(self, *names: str) -> None:
         """KernelError for a name from outside that the dialect does not take."""
@@ -90,10 +97,11 @@ GODOT = Dialect(
         hint_roughness_r hint_roughness_g hint_roughness_b hint_roughness_a hint_roughness_normal hint_roughness_gray hint_screen_texture
         hint_normal_roughness_texture hint_depth_texture filter_nearest filter_linear filter_nearest_mipmap filter_linear_mipmap
         filter_nearest_mipmap_anisotropic filter_linear_mipmap_anisotropic repeat_enable repeat_disable PI TAU E TIME OUTPUT_IS_SRGB CLIP_SPACE_FAR texelFetch
-        textureSize defined""".split()
+        textureSize uintBitsToFloat defined""".split()
     ),
     ("gl_", "hint_"),
     True,
+    1e-4,  # Godot passes constants on with 14 decimal places
     "",
 )
 ATOM, UNARY, MUL, ADD, LESS, EQUAL, AND, OR, SELECT = range(9, 0, -1)  # precedence, tightest first
@@ -116,14 +124,14 @@ def literal(value: float) -> str:
     return text
 
 
-def constant(node: Node) -> tuple[str, int]:
+def constant(node: Node, dialect: Dialect = DESKTOP) -> tuple[str, int]:
     if node.type == "bool":
         return ("true" if node.data[0] else "false"), ATOM
     if node.type == "float":
-        text = literal(node.data[0])
+        text = dialect.literal(node.data[0])
         return text, UNARY if text.startswith("-") else ATOM
     values = node.data[:1] if len({repr(v) for v in node.data}) == 1 else node.data
-    return f"{node.type}({', '.join(map(literal, values))})", ATOM
+    return f"{node.type}({', '.join(map(dialect.literal, values))})", ATOM
 
 
 def operation(node: Node, operands: list[tuple[str, int]], image: str = "") -> tuple[str, int]:
