@@ -20,6 +20,7 @@ static func _draw(viewer: Node3D, wishes: Dictionary) -> String:
 	if picture.is_empty():
 		return "reflect.json: pictures are none; export with --size."
 	window.size = Vector2i(int(picture.width), int(picture.height))
+	window.transparent_bg = true  # 8 bits a channel at once, not 10 first
 	if wishes.get("pose"):
 		var numbers: PackedFloat64Array = wishes.pose.split_floats(",")
 		viewer.reflections.scene.root.transform = Transform3D(Basis.from_euler(Vector3(numbers[3], numbers[4], numbers[5])) * numbers[6], Vector3(numbers[0], numbers[1], numbers[2]))
