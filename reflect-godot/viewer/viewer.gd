@@ -13,12 +13,16 @@ var reflections: Reflections
 var orbit := Orbit.new()
 var compared: Camera3D  # Blender's, with Cycles' frame behind; null while one looks around
 var panel := Controls.new()
+var world := WorldEnvironment.new()
+var sun := DirectionalLight3D.new()
 
 
 func _ready() -> void:
 	add_child(orbit)
 	add_child(panel)
 	_add_light()
+	add_child(world)
+	add_child(sun)
 	panel.folder_chosen.connect(open)
 	panel.method_chosen.connect(show_method)
 	panel.compare_toggled.connect(compare)
@@ -42,6 +46,7 @@ func open(folder: String, rays := 1) -> bool:
 	reflections = found
 	reflections.rays = rays
 	add_child(reflections.scene.root)
+	sun.visible = reflections.scene.root.find_children("*", "Light3D", true, false).is_empty()
 	for camera: Camera3D in reflections.scene.root.find_children("*", "Camera3D", true, false):
 		camera.current = false
 	var pictures: Array = reflections.manifest.pictures
@@ -93,18 +98,14 @@ func _box() -> AABB:
 
 ## Blender's exporter writes no world and no area lamps: without any light what does not mirror would be black.
 func _add_light() -> void:
-	var world := WorldEnvironment.new()
 	world.environment = Environment.new()
 	world.environment.background_mode = Environment.BG_COLOR
 	world.environment.background_color = Color(0.1, 0.11, 0.12)
 	world.environment.ambient_light_source = Environment.AMBIENT_SOURCE_COLOR
 	world.environment.ambient_light_color = Color.WHITE
 	world.environment.ambient_light_energy = 0.4
-	add_child(world)
-	var sun := DirectionalLight3D.new()
 	sun.rotation = Vector3(-0.9, 0.6, 0)
 	sun.light_energy = 0.6
-	add_child(sun)
 
 
 ## --name value, after "--" on the command line.
