@@ -31,7 +31,7 @@ def test_as_render_shows_it(exported, browser, method):
     pair = compared(exported.folder, out, method, exported.mask)
     write_png(out / f"{method}.png", pair.sheet())
     # Numbers can agree on a black picture: this one has a bright mirror, and shows more than the picture behind.
-    assert pair.web[exported.mask].mean() > 0.2 and pair.web[exported.mask].std() > 0.05
+    assert pair.drawn[exported.mask].mean() > 0.2 and pair.drawn[exported.mask].std() > 0.05
     assert told["drawn"][method]["shown"] == method and told["drawn"][method]["error"] == 0
     assert pair.beside() < WEB_BESIDE
     assert pair.flip() <= WEB_FLIP, f"look at {out / f'{method}.png'}"
@@ -43,7 +43,7 @@ def test_nothing_is_said(browser):
 
 def test_methods_differ(exported, browser):
     """Each shows its own answer: no two are the same picture."""
-    pictures = [compared(exported.folder, browser[0], method, exported.mask).web[exported.mask] for method in exported.methods]
+    pictures = [compared(exported.folder, browser[0], method, exported.mask).drawn[exported.mask] for method in exported.methods]
     for k, one in enumerate(pictures):
         assert all(np.abs(one - other).mean() > 1e-4 for other in pictures[:k])
 
@@ -59,7 +59,7 @@ def test_environment_meanwhile(browser):
 def test_moved_as_a_whole(exported, browser, tmp_path):
     drawn(exported.folder, tmp_path, ("distance_map",), pose=POSE)
     still, moved = (compared(exported.folder, where, "distance_map", exported.mask) for where in (browser[0], tmp_path))
-    assert flip(moved.web, still.web, exported.mask)[0] < WEB_MOVED
+    assert flip(moved.drawn, still.drawn, exported.mask)[0] < WEB_MOVED
 
 
 def test_a_picture_of_another_shape(upright, tmp_path):

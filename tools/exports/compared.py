@@ -1,4 +1,4 @@
-"""What a browser drew of an export against what Blender drew: pictures as arrays, the reflectors' pixels, and FLIP over them."""
+"""What another program drew of an export against what Blender drew: pictures as arrays, the reflectors' pixels, and FLIP over them."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,20 +17,20 @@ from reflect_addon.scene.camera import camera_of
 class Compared:
     """Arrays (H, W, 3), display-encoded 0..1, row 0 at the bottom; mask: (H, W), the reflectors' pixels by Blender's ray map."""
 
-    web: np.ndarray
+    drawn: np.ndarray
     blender: np.ndarray
     mask: np.ndarray
 
     def flip(self) -> float:
-        return flip(self.web, self.blender, self.mask)[0]
+        return flip(self.drawn, self.blender, self.mask)[0]
 
     def beside(self) -> float:
         """FLIP where no reflector is: the look and the picture behind alone."""
-        return flip(self.web, self.blender, ~self.mask)[0]
+        return flip(self.drawn, self.blender, ~self.mask)[0]
 
     def sheet(self) -> np.ndarray:
-        """The browser's, Blender's, and eight times their difference, side by side."""
-        return np.concatenate([self.web, self.blender, np.clip(8 * np.abs(self.web - self.blender), 0, 1)], 1)
+        """The program's, Blender's, and eight times their difference, side by side."""
+        return np.concatenate([self.drawn, self.blender, np.clip(8 * np.abs(self.drawn - self.blender), 0, 1)], 1)
 
 
 def reflector_pixels(blend: Path, export: Export) -> np.ndarray:
