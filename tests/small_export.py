@@ -1,6 +1,7 @@
 """A small export that was written without a scene: of stand-ins that core bakes, with a glTF of empty meshes. And how tests say that one is refused."""
 
 import json
+from base64 import b64encode
 from functools import cache
 from pathlib import Path
 
@@ -42,6 +43,18 @@ def look() -> Look:
 
 def write(folder: Path, given: dict[str, Asset] | None = None, ktx: str | None = None) -> Path:
     """The export of baked(), or of other assets by method, with pictures of nothing. ktx: the program that writes float images as KTX2."""
+TRIANGLE = {  # one mesh of one triangle, whose material mirrors
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+    "materials": [{"name": "mirror"}],
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64," + b64encode(np.float32([0, 0, 0, 1, 0, 0, 0, 1, 0]).tobytes()).decode()}],
+}
+
+
+def write(folder: Path, given: dict[str, Asset] | None = None, triangle: bool = False) -> Path:
+    """The export of baked(), or of other assets by method, with pictures of nothing. triangle: meshes of one, for programs that open the glTF."""
     from reflect_addon.scene.export_gltf import GLTF_FROM_BLENDER, SceneGltf
     from reflect_addon.scene.export_scene import SceneExport
 
@@ -51,7 +64,7 @@ def write(folder: Path, given: dict[str, Asset] | None = None, ktx: str | None =
         for instance in scene.instances:
             matrix = GLTF_FROM_BLENDER @ instance.world_from_object @ GLTF_FROM_BLENDER.T
             nodes.append({"name": instance.object_name, "mesh": 0, "matrix": matrix.T.ravel().tolist()})
-        document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes}
+        document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes, **(TRIANGLE if triangle else {})}
         (place / SCENE_NAME).write_text(json.dumps(document))
         made = SceneExport(scene, SceneGltf(place / SCENE_NAME), ktx)
         reflectors = made.answers({name: {"Mirror": asset} for name, asset in (given or found).items()}, lambda *_: None)
