@@ -6,12 +6,12 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from compared import Compared, by_godot, reflector_pixels
 from godot_program import godot, tool
 
 from reflect_addon.core.exchange.reading import read_export
 from reflect_addon.evaluation.export_file import Shot, write_export
 from reflect_addon.evaluation.png import write_png
+from tools.exports.compared import Compared, read_png, reflector_pixels
 
 SIZE, SAMPLES, RESOLUTION, RAYS = (320, 240), 4, 32, 7
 SAMPLES_OF = Path(__file__).resolve().parents[2] / "sample_blends"
@@ -32,7 +32,9 @@ class Exported:
         return json.loads((out / "drawn.json").read_text())
 
     def compared(self, out: Path, method: str) -> Compared:
-        return by_godot(self.folder, out, method, self.mask)
+        """Of Godot's picture in `out` against Blender's own in the export."""
+        blender = read_export(self.folder).manifest.pictures[0].methods[method]
+        return Compared(read_png(out / f"{method}.png"), read_png(self.folder / blender), self.mask)
 
 
 def exported(folder: Path, name: str, methods: tuple[str, ...], size: tuple[int, int] = SIZE, lens: dict | None = None, **settings) -> Exported:

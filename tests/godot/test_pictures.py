@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compared import read_png
 from exports import exported
 from godot_program import PROJECT, godot
 from tolerances import GODOT_BESIDE, GODOT_FLIP, WEB_MOVED
 
 from reflect_addon.core import methods as registry
 from reflect_addon.evaluation.eye import flip
+from tools.exports.compared import read_png
 
 pytestmark = pytest.mark.slow
 
