@@ -57,7 +57,8 @@ def test_a_thousand_damaged_manifests(saved, tmp_path, rng):
     right = json.loads((saved / "reflect.json").read_text())
     found = manifests([spoil_document(rng, right) for _ in range(DAMAGES)], tmp_path)
     assert all(one == "" or SENTENCE.match(one) for one in found), [one for one in found if one and not SENTENCE.match(one)][:5]
-    assert len(set(found)) > 0.1 * DAMAGES and found.count("") < 0.5 * DAMAGES
+    # Most values of a manifest are those of stand-ins and plans, which only Blender reads.
+    assert len(set(found)) > 0.1 * DAMAGES and found.count("") < 0.7 * DAMAGES
 
 
 def spoiled(saved: Path, folder: Path, name: str, change) -> dict:

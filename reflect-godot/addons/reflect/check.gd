@@ -61,7 +61,7 @@ func word(value: Variant, field: String) -> String:
 func number(value: Variant, field: String, least := -MOST_FLOAT, most := MOST_FLOAT) -> float:
 	if not need((value is float or value is int) and is_finite(value), field, "is not a finite number"):
 		return 0.0
-	return value if need(value >= least and value <= most, field, "is %s and not between %s and %s" % [value, least, most].map(String.num_scientific)) else 0.0
+	return value if need(value >= least and value <= most, field, "is %s and not between %s and %s" % [value, least, most].map(func(n: float) -> String: return String.num_scientific(n))) else 0.0
 
 
 func numbers(value: Variant, field: String, length: int, least := -MOST_FLOAT) -> void:
