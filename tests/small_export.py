@@ -41,8 +41,6 @@ def look() -> Look:
     return Look(0.5, np.stack([red, 0.5 * green, 0.25 * blue], -1))
 
 
-def write(folder: Path, given: dict[str, Asset] | None = None, ktx: str | None = None) -> Path:
-    """The export of baked(), or of other assets by method, with pictures of nothing. ktx: the program that writes float images as KTX2."""
 TRIANGLE = {  # one mesh of one triangle, whose material mirrors
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
     "materials": [{"name": "mirror"}],
@@ -53,8 +51,8 @@ TRIANGLE = {  # one mesh of one triangle, whose material mirrors
 }
 
 
-def write(folder: Path, given: dict[str, Asset] | None = None, triangle: bool = False) -> Path:
-    """The export of baked(), or of other assets by method, with pictures of nothing. triangle: meshes of one, for programs that open the glTF."""
+def write(folder: Path, given: dict[str, Asset] | None = None, ktx: str | None = None, triangle: bool = False) -> Path:
+    """The export of baked(), or of other assets by method, with pictures of nothing. ktx: the program that writes float images as KTX2. triangle: meshes of one, for programs that open the glTF."""
     from reflect_addon.scene.export_gltf import GLTF_FROM_BLENDER, SceneGltf
     from reflect_addon.scene.export_scene import SceneExport
 
