@@ -1,6 +1,6 @@
 """In place of Khronos' `ktx create`, which no registry here has: as far as its manual says what `--raw` makes, with a data format descriptor as the specification asks.
 
-A file on PATH named `ktx` runs this; tests/blender/test_export_ktx2.py makes it.
+A file named `ktx` runs this: stand_in makes it.
 """
 
 import argparse
@@ -11,6 +11,14 @@ from pathlib import Path
 import zstandard
 
 FORMATS = {"R16G16B16A16_SFLOAT": (97, 2), "R32G32B32A32_SFLOAT": (109, 4)}
+
+
+def stand_in(folder: Path) -> Path:
+    """The program in a folder, which may be put on PATH."""
+    path = folder / "ktx"
+    path.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{Path(__file__).resolve()}" "$@"\n')
+    path.chmod(0o755)
+    return path
 
 
 def main(words: list[str]) -> int:

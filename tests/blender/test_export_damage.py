@@ -6,7 +6,6 @@ import os
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 from small_export import read_everything, refuses, write
 from spoiled_exports import WRONG, spoil_bytes, spoil_document

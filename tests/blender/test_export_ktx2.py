@@ -1,19 +1,17 @@
 """Float images as KTX2: the same numbers by every reader, and what is refused. The program is a stand-in (stand_in_ktx.py): Khronos' own is in no registry."""
 
 import struct
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from page_reader import Page
 from small_export import read_everything, refuses, write
+from stand_in_ktx import stand_in
 
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.exchange import ktx2_header
 from reflect_addon.scene.ktx2 import find_ktx, read_ktx2, write_ktx2
-
-STAND_IN = Path(__file__).resolve().parents[1] / "stand_in_ktx.py"
 
 
 def program(folder: Path, text: str) -> Path:
@@ -25,7 +23,7 @@ def program(folder: Path, text: str) -> Path:
 
 @pytest.fixture(scope="module")
 def ktx(tmp_path_factory) -> Path:
-    return program(tmp_path_factory.mktemp("bin"), f'exec "{sys.executable}" "{STAND_IN}" "$@"')
+    return stand_in(tmp_path_factory.mktemp("bin"))
 
 
 @pytest.fixture(scope="module")

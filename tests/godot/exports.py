@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from godot_program import godot, tool
+from godot_program import godot, need_godot
 
 from reflect_addon.core.exchange.reading import read_export
 from reflect_addon.evaluation.export_file import Shot, write_export
@@ -39,7 +39,7 @@ class Exported:
 
 def exported(folder: Path, name: str, methods: tuple[str, ...], size: tuple[int, int] = SIZE, lens: dict | None = None, **settings) -> Exported:
     """lens: properties of the camera that the file does not have."""
-    tool()  # before minutes of baking
+    need_godot()  # before minutes of baking
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES_OF / f"{name}.blend"))
     for word, value in (lens or {}).items():
         setattr(bpy.context.scene.camera.data, word, value)

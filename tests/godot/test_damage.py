@@ -1,16 +1,19 @@
 """Spoiled exports in Godot: whatever is wrong is one sentence that names the file and the field, before memory is taken and before anything is used."""
 
 import copy
+import hashlib
 import json
 import os
 import re
 import shutil
+import struct
 from pathlib import Path
 
 import pytest
 from godot_program import godot
 from small_export import write
 from spoiled_exports import WRONG, spoil_document
+from stand_in_ktx import stand_in
 
 pytestmark = pytest.mark.slow
 SENTENCE = re.compile(r"^[^:\n]{1,120}: [^\n]{3,400}\.$")
@@ -39,6 +42,13 @@ def manifests(documents: list, folder: Path) -> list[str]:
     for k, document in enumerate(documents):
         (folder / f"{k}.json").write_text(json.dumps(document))
     return said([{"manifest": str(folder / f"{k}.json")} for k in range(len(documents))], folder)
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory) -> Path:
+    """The same with float images as KTX2."""
+    folder = tmp_path_factory.mktemp("packed")
+    return write(folder / "whole", triangle=True, ktx=str(stand_in(folder)))
 
 
 def test_wrong_fields_get_a_sentence(saved, tmp_path):
@@ -100,5 +110,38 @@ def test_damaged_files_get_a_sentence(saved, tmp_path):
         "a link to the scene": (linked("scene.gltf"), "scene.gltf: is a link"),
     }
     found = said([spoiled(saved, tmp_path, name, change) for name, (change, _) in cases.items()], tmp_path)
+    for (name, (_, words)), sentence in zip(cases.items(), found):
+        assert (words in sentence and SENTENCE.match(sentence)) if words else sentence == "", (name, sentence)
+
+
+def rewritten(at: int, form: str, value: int):
+    """Float images with another header, whose checksums hold."""
+
+    def change(copied: Path) -> None:
+        path = copied / "reflect.json"
+        text = path.read_text()
+        for image in (copied / "images").glob("*.ktx2"):
+            data = bytearray(image.read_bytes())
+            struct.pack_into(f"<{form}", data, at, value)
+            digits = hashlib.sha256(data).hexdigest()
+            text = text.replace(json.loads(text)["images"][image.stem]["sha256"], digits).replace(image.stem, f"{image.stem[:-12]}{digits[:12]}")
+            image.unlink()
+            image.with_name(f"{image.stem[:-12]}{digits[:12]}.ktx2").write_bytes(data)
+        path.write_text(text)
+
+    return change
+
+
+def test_ktx2(packed, tmp_path):
+    cases = {
+        "whole": (lambda copied: None, ""),
+        "the format": (rewritten(12, "I", 37), "vkFormat is 37, not 97"),
+        "the size": (rewritten(20, "I", 16384), "where the manifest says"),
+        "faces": (rewritten(36, "I", 6), "not of one picture"),
+        "elsewhere": (rewritten(80, "Q", 2**62), "lies outside of the file"),
+        "texels": (rewritten(96, "Q", 2**40), "is not that of its texels"),
+        "a frame that is none": (rewritten(200, "I", 0), "does not unpack to its texels"),
+    }
+    found = said([spoiled(packed, tmp_path, name, change) for name, (change, _) in cases.items()], tmp_path)
     for (name, (_, words)), sentence in zip(cases.items(), found):
         assert (words in sentence and SENTENCE.match(sentence)) if words else sentence == "", (name, sentence)

@@ -12,8 +12,10 @@ from reflect_addon.evaluation import bench_table, exhibit
 from reflect_addon.evaluation.bench import write_targets
 from reflect_addon.evaluation.export_file import Shot
 
-from .measured import exported, in_a_browser
-from .node_package import Failed, Missing, chromium, need_packages
+from tools import godot
+
+from .measured import exported, in_a_browser, in_godot
+from .node_package import Failed, Missing
 
 ROOT = Path(__file__).resolve().parents[2]
 METHODS = (*registry.gathering(), registry.AUTO)
@@ -33,17 +35,18 @@ def main(argv=None) -> int:
     wanted = tuple(filter(None, arguments.methods.split(","))) or METHODS
     rows, exhibits, wrong = [], [], 0
     try:
-        chromium()  # before minutes of baking
-        need_packages()
         for name in arguments.names or SAMPLES:
             blend = Path(name) if name.endswith(".blend") else ROOT / "sample_blends" / f"{name}.blend"
             export = exported(blend, arguments.out / blend.stem, wanted, shot, arguments.texels, _say(name))
-            more, table = in_a_browser(export)
-            rows, exhibits = rows + more, [*exhibits, table]
-            written = write_targets(rows, exhibits, arguments.out)
-    except Missing as missing:
-        print(f"exports: {missing}", file=sys.stderr)
-        return 1
+            for program, drawn in (("a browser", in_a_browser), ("Godot", in_godot)):
+                try:
+                    more, table = drawn(export)
+                except (Missing, godot.NoGodot) as missing:
+                    print(f"exports: NOT DRAWN by {program}: {missing}", file=sys.stderr)
+                    wrong = 1
+                    continue
+                rows, exhibits = rows + more, [*exhibits, table]
+                written = write_targets(rows, exhibits, arguments.out)
     except (Failed, ReflectError) as error:
         print(f"exports: {error}", file=sys.stderr)
         wrong = 1

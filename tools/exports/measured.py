@@ -1,5 +1,6 @@
-"""A scene, exported by every method and by `auto`, and what a browser makes of it: FLIP against `render`, bytes, and times."""
+"""A scene, exported by every method and by `auto`, and what a browser and Godot make of it: FLIP against `render`, bytes, and times."""
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,14 +13,19 @@ from reflect_addon.evaluation.bench import Target
 from reflect_addon.evaluation.exhibit import Exhibit
 from reflect_addon.evaluation.export_file import Shot, write_export
 
-from .compared import Compared, compared, reflector_pixels
-from .node_package import drawn
+from tools import godot
 
+from .compared import Compared, compared, read_png, reflector_pixels
+from .node_package import Failed, drawn
+
+PROJECT = Path(__file__).resolve().parents[2] / "reflect-godot"
 ASKED = 0.05  # FLIP over the reflectors' pixels
 A_METHOD_S = 900  # of a page on software OpenGL, which compiles a kernel for each kind of reflector
 HEADS = (
     "method", "FLIP", "beside", "download MB", "on the card MB", "environment shown s", "loaded s", "compiled s", "frame ms",
 )  # fmt: skip
+GODOT_HEADS = ("method", "FLIP", "beside", "on the card MB", "loaded s", "first frames s")
+RAYS = 7  # most of a pixel, as `render` sends
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ def in_a_browser(export: Exported) -> tuple[list[Target], Exhibit]:
     out = export.folder.parent / "browser"
     told = drawn(export.folder, out, export.methods, seconds=A_METHOD_S * len(export.methods))
     pairs = {name: compared(export.folder, out, name, export.mask) for name in export.methods}
-    rows = [_target(export, name, pair) for name, pair in pairs.items()]
+    rows = [_target(export, "web", "reflect-three in headless Chromium", name, pair) for name, pair in pairs.items()]
     lead = f"{told['width']} x {told['height']} pixels, {told['device']}. Each method on a page of its own, from a server on the same machine; the environment is shown first."
     if told["said"]:
         lead += f" The page said: {told['said'][0][:200]}"
@@ -53,10 +59,31 @@ def in_a_browser(export: Exported) -> tuple[list[Target], Exhibit]:
     return rows, Exhibit(f"{export.name} in a browser", lead, HEADS, table, pictures)
 
 
-def _target(export: Exported, name: str, pair: Compared) -> Target:
+def in_godot(export: Exported) -> tuple[list[Target], Exhibit]:
+    """The same of Godot. tools.godot.NoGodot where there is none."""
+    out = export.folder.parent / "godot"
+    out.mkdir(parents=True, exist_ok=True)
+    words = ["--", "--export", export.folder, "--method", ",".join(export.methods), "--rays", RAYS, "--out", out]
+    done = godot.run(PROJECT, *words, limit=A_METHOD_S * len(export.methods))
+    if done.returncode:
+        raise Failed(f"Godot: {done.stdout[-3000:]}")
+    told = json.loads((out / "drawn.json").read_text())
+    picture = read_export(export.folder).manifest.pictures[0]
+    pairs = {name: Compared(read_png(out / f"{name}.png"), read_png(export.folder / picture.methods[name]), export.mask) for name in export.methods}
+    rows = [_target(export, "godot", "reflect-godot (Compatibility)", name, pair) for name, pair in pairs.items()]
+    table = tuple(
+        (name, f"{pair.flip():.3f}", f"{pair.beside():.3f}", f"{told[name]['megabytes']:.1f}", f"{told[name]['loaded_ms'] / 1e3:.2f}", f"{told[name]['drawn_ms'] / 1e3:.2f}")
+        for name, pair in pairs.items()
+    )
+    lead = f"{picture.width} x {picture.height} pixels. The export opened in {told['opened_ms'] / 1e3:.2f} s; first frames are with what the driver compiles."
+    pictures = tuple((f"{name}: Godot, render, 8 x difference", pair.sheet()) for name, pair in pairs.items())
+    return rows, Exhibit(f"{export.name} in Godot", lead, GODOT_HEADS, table, pictures)
+
+
+def _target(export: Exported, program: str, words: str, name: str, pair: Compared) -> Target:
     error = round(pair.flip(), 4)
-    how = f"FLIP of reflect-three in headless Chromium against `render`, {export.name} by {name}, {int(export.mask.sum())} reflectors' pixels"
-    return Target(f"export web {export.name} {name}", None, error, ASKED, error <= ASKED, how)
+    how = f"FLIP of {words} against `render`, {export.name} by {name}, {int(export.mask.sum())} reflectors' pixels"
+    return Target(f"export {program} {export.name} {name}", None, error, ASKED, error <= ASKED, how)
 
 
 def _cells(name: str, pair: Compared, told: dict) -> tuple[str, ...]:

@@ -82,10 +82,12 @@ func entry(entries: Dictionary, id: Variant, field: String) -> Variant:
 
 
 ## The name of a file in one of the export's folders: no way out of it.
-func file_name(value: Variant, field: String, folder: String, ending: String) -> String:
+## endings: without their dot, "exr|ktx2".
+func file_name(value: Variant, field: String, folder: String, endings: String) -> String:
 	var name := text(value, field, 255)
-	var fits := _fits(name, "^%s/[A-Za-z0-9_~-]{1,160}\\.%s$" % [folder, ending])
-	return name if need(fits, field, 'is "%s", which is no plain name in %s/ that ends with .%s' % [name.left(60), folder, ending]) else ""
+	var fits := _fits(name, "^%s/[A-Za-z0-9_~-]{1,160}\\.(%s)$" % [folder, endings])
+	var said := endings.replace("|", " or .")
+	return name if need(fits, field, 'is "%s", which is no plain name in %s/ that ends with .%s' % [name.left(60), folder, said]) else ""
 
 
 ## The checksum of a file, whose name holds its beginning.

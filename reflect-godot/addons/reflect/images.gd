@@ -3,6 +3,7 @@ extends RefCounted
 
 const Check := preload("check.gd")
 const ExrHeader := preload("exr_header.gd")
+const Ktx2 := preload("ktx2.gd")
 
 const DDS_HEADER := 128
 const DXT1 := 0x31545844
@@ -10,9 +11,17 @@ const DXT1 := 0x31545844
 
 ## The texture of an image's entry; null where check.problem says why.
 static func texture_of(bytes: PackedByteArray, entry: Dictionary, check: Check) -> ImageTexture:
-	var image := _blocks(bytes, entry, check) if entry.kind == "bc1" else _exr(bytes, int(entry.width), int(entry.height), entry.kind == "buf", "ABGR", check)
-	if image and entry.kind != "bc1":
-		image.flip_y()
+	var image: Image
+	if entry.kind == "bc1":
+		image = _blocks(bytes, entry, check)
+	else:
+		var floats: bool = entry.kind == "buf"
+		if entry.file.ends_with(".ktx2"):
+			image = Ktx2.image(bytes, int(entry.width), int(entry.height), floats, check)
+		else:
+			image = _exr(bytes, int(entry.width), int(entry.height), floats, "ABGR", check)
+		if image:
+			image.flip_y()
 	return ImageTexture.create_from_image(image) if image else null
 
 

@@ -65,7 +65,7 @@ static func _images(manifest: Dictionary, check: Check) -> void:
 		var image := check.record(manifest.images[id], field, ["file", "kind", "width", "height", "bytes", "sha256"])
 		if check.problem or not check.need(image.kind is String and BITS.has(image.kind), field + ".kind", "is none of " + ", ".join(BITS.keys())):
 			return
-		check.file_name(image.file, field + ".file", "images", "dds" if image.kind == "bc1" else "exr")
+		check.file_name(image.file, field + ".file", "images", "dds" if image.kind == "bc1" else "exr|ktx2")
 		for side: String in ["width", "height"]:
 			check.whole(image[side], "%s.%s" % [field, side], 1, Check.SIDE)
 		check.whole(image.bytes, field + ".bytes", 1, IMAGES_BYTES)
