@@ -36,11 +36,11 @@ class Exported:
     methods: tuple[str, ...]
 
 
-def exported(blend: Path, folder: Path, wanted: tuple[str, ...], shot: Shot, texels: int, progress: Callable[[float, str], object]) -> Exported:
+def exported(blend: Path, folder: Path, wanted: tuple[str, ...], shot: Shot, settings: dict, progress: Callable[[float, str], object]) -> Exported:
     """Writes folder/export, and bakes what is missing in folder/assets: a sample's own folder stays as it is."""
     out = folder / "export"
     bpy.ops.wm.open_mainfile(filepath=str(blend))
-    write_export(bpy.context.scene, wanted, out, shot=shot, settings={"resolution": texels}, progress=progress)
+    write_export(bpy.context.scene, wanted, out, shot=shot, settings=settings, progress=progress)
     export = read_export(out)
     return Exported(blend.stem, out, reflector_pixels(blend, export), tuple(name for name in wanted if name in export.manifest.pictures[0].methods))
 
