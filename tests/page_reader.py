@@ -17,6 +17,8 @@ class Page:
         self.folder = Path(folder)
         self.manifest = json.loads((self.folder / "reflect.json").read_text(encoding="utf-8"))
         assert self.manifest["what"] == "reflect export" and self.manifest["format"] == 1
+        self.bakes = json.loads((self.folder / self.manifest["bakes"]["file"]).read_text(encoding="utf-8"))
+        assert self.bakes["what"] == "reflect bakes" and self.bakes["format"] == 1
         self.scene = json.loads((self.folder / self.manifest["scene"]["file"]).read_text(encoding="utf-8"))
 
     def image(self, key: str) -> np.ndarray:

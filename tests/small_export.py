@@ -88,4 +88,4 @@ def read_everything(folder: Path) -> dict[str, Asset]:
         export.content(shader)
     for key in export.manifest.images:
         image_of(export, key)
-    return {key: asset_of(export, key) for key in export.manifest.assets}
+    return {key: asset_of(export, key) for key in export.bakes.assets}

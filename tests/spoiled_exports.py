@@ -28,17 +28,20 @@ def put(table: str, **values):
 
 
 def forget(table: str):
-    return lambda d: d[table].pop(next(iter(d[table])))
+    return lambda d: d[table].__delitem__(next(iter(d[table])))
 
 
 WRONG = {
     "another format": (lambda d: d.update(format=2), "newer Reflect"),
     "no format": (lambda d: d.update(format=0), "format"),
     "a field too many": (lambda d: d.update(more=1), "the manifest has other fields"),
-    "a field too few": (lambda d: d.pop("plan"), "the manifest has other fields"),
+    "a field too few": (lambda d: d.pop("bakes"), "the manifest has other fields"),
     "scene's name": (lambda d: d["scene"].update(file="../scene.gltf"), "scene.file"),
     "scene's size": (lambda d: d["scene"].update(bytes=7), "where reflect.json says 7"),
     "scene's checksum": (lambda d: d["scene"].update(sha256="0" * 64), "checksum"),
+    "bakes' name": (lambda d: d["bakes"].update(file="../bakes.json"), "bakes.file"),
+    "bakes' size": (lambda d: d["bakes"].update(bytes=7), "where reflect.json says 7"),
+    "bakes' checksum": (lambda d: d["bakes"].update(sha256="0" * 64), "checksum"),
     "path out": (put("images", file="../outside-0123456789ab.exr"), ".file"),
     "absolute path": (put("images", file="/etc/passwd"), ".file"),
     "kind": (put("images", kind="npy"), ".kind"),
@@ -55,9 +58,8 @@ WRONG = {
     "no such shader": (lambda d: answer(d).update(shader="0" * 12), ".shader"),
     "no such image": (lambda d: answer(d)["samplers"].update(a="x-" + "0" * 12), ".samplers"),
     "a sampler's name": (lambda d: answer(d)["samplers"].update({"a; void": next(iter(d["images"]))}), ".samplers"),
-    "no such asset": (lambda d: answer(d).update(assets=["x-" + "0" * 12]), ".assets"),
+    "an asset's name": (lambda d: answer(d).update(assets=["../x"]), ".assets"),
     "no asset": (lambda d: answer(d).update(assets=[]), ".assets"),
-    "another kind": (lambda d: answer(d).update(kind="box_proxy"), ".kind"),
     "slots of three": (lambda d: answer(d)["slots"].append([1, 2, 3]), ".slots"),
     "slots of text": (lambda d: answer(d)["slots"].append(["1", 2, 3, 4]), "no finite number"),
     "slots beyond floats": (lambda d: answer(d)["slots"].append([1e39, 0, 0, 0]), "32-bit"),
@@ -69,13 +71,20 @@ WRONG = {
     "a colour": (lambda d: d["materials"][0].update(base_color=[1, 1]), ".base_color"),
     "a picture": (lambda d: d["pictures"][0].update(truth="pictures/../truth-0123456789ab.png"), ".truth"),
     "a look": (lambda d: d["look"].update(table=next(iter(d["images"]))), "look.table"),
+    "no image": (forget("images"), ""),
+    "no shader": (forget("shaders"), ""),
+}  # fmt: skip
+
+WRONG_BAKES = {
     "an asset's uniform": (lambda d: first(d, "assets")["uniforms"].update(radiance_scale="1"), "uniform"),
     "an asset's deep setting": (lambda d: first(d, "assets")["settings"].update(a=json.loads("[" * 400 + "]" * 400)), "too deeply"),
     "an asset's image": (lambda d: first(d, "assets")["images"].update(radiance_tx="x-" + "0" * 12), ".images"),
-    "an asset's kind of image": (lambda d: first(d, "assets")["images"].update(a_buf=next(iter(d["images"]))), "another kind"),
+    "an asset's kind of image": (lambda d: first(d, "assets")["images"].update(a_buf=first(d, "assets")["images"]["radiance_tx"]), "another kind"),
     "a plan": (lambda d: d.update(plan={"what": "reflect plan", "format": 2}), "plan has other fields"),
-    "no image": (forget("images"), ""),
-    "no shader": (forget("shaders"), ""),
+    "an asset too few": (forget("assets"), "names an asset that is not there"),
+    "an asset of another kind": (lambda d: first(d, "assets").update(kind="another"), ""),
+    "another field": (lambda d: d.update(more=1), "other fields"),
+    "another thing": (lambda d: d.update(what="reflect export"), "no export of Reflect's"),
 }  # fmt: skip
 
 

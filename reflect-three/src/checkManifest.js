@@ -4,11 +4,12 @@
  */
 import { MANIFEST, allFinite, entry, fileName, idOf, list, number, object, record, refuse, sha256, text, whole, word } from "./check.js";
 import { ReflectError } from "./ReflectError.js";
-import { DEFLATE, FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, NODE, SCENE, SCENE_BYTES, SHADER_BYTES, SIDE, SLOTS } from "./limits.js";
+import { BAKES, DEFLATE, FILE_BYTES, FORMAT, IMAGES_BYTES, KINDS, MANIFEST_BYTES, NODE, SCENE, SCENE_BYTES, SHADER_BYTES, SIDE, SLOTS } from "./limits.js";
 
 /** Within format 1 there are these fields and no others. */
 const FIELDS = {
-  manifest: ["what", "format", "generator", "scene", "look", "images", "shaders", "assets", "materials", "surface", "reflectors", "pictures", "plan"],
+  manifest: ["what", "format", "generator", "scene", "look", "images", "shaders", "bakes", "materials", "surface", "reflectors", "pictures"],
+  bakes: ["file", "bytes", "sha256"],
   scene: ["file", "name", "bytes", "sha256"],
   image: ["file", "kind", "width", "height", "bytes", "sha256"],
   shader: ["file", "bytes", "sha256", "godot"],
@@ -28,8 +29,8 @@ const SAMPLER = /^(?!gl_)(?!.*__)[A-Za-z][A-Za-z0-9_]{0,79}$/;
  * @typedef {{name: string, node: number, materials: number[], methods: Record<string, MethodEntry>}} ReflectorEntry
  * @typedef {{camera: string, node: number, width: number, height: number, projection: number[], behind: string, truth: string, methods: Record<string, string>}} PictureEntry
  * @typedef {{what: string, format: number, generator: string, scene: FileEntry, look: {exposure: number, table: string|null},
- *   images: Record<string, ImageEntry>, shaders: Record<string, FileEntry & {godot: FileEntry}>, assets: Record<string, object>, materials: MaterialEntry[],
- *   surface: string, reflectors: ReflectorEntry[], pictures: PictureEntry[], plan: object|null}} Manifest
+ *   images: Record<string, ImageEntry>, shaders: Record<string, FileEntry & {godot: FileEntry}>, bakes: FileEntry, materials: MaterialEntry[],
+ *   surface: string, reflectors: ReflectorEntry[], pictures: PictureEntry[]}} Manifest
  */
 
 /**
@@ -63,7 +64,7 @@ export function checkManifest(value) {
   checkImages(object(manifest.images, "images"));
   checkShaders(object(manifest.shaders, "shaders"));
   checkLook(record(manifest.look, "look", ["exposure", "table"]), manifest);
-  checkAssets(object(manifest.assets, "assets"), manifest);
+  checkBakes(record(manifest.bakes, "bakes", FIELDS.bakes));
   list(manifest.materials, "materials").forEach(checkMaterial);
   entry(manifest.shaders, manifest.surface, "surface");
   list(manifest.reflectors, "reflectors").forEach((reflector, i) => checkReflector(reflector, `reflectors[${i}]`, manifest));
@@ -123,13 +124,11 @@ function checkLook(look, { images }) {
   if (table.kind !== "look" || table.width !== 4096 || table.height !== 64) refuse("look.table", "is no look of 4096 x 64 texels");
 }
 
-function checkAssets(assets, { images }) {
-  for (const [id, asset] of Object.entries(assets)) {
-    word(object(asset, `assets.${id}`).kind, `assets.${id}.kind`);
-    for (const [name, image] of Object.entries(object(asset.images, `assets.${id}.images`))) {
-      entry(images, image, `assets.${id}.images.${name}`);
-    }
-  }
+/** What only Reflect reads: that its name is right is all that is asked. */
+function checkBakes(bakes) {
+  if (bakes.file !== BAKES) refuse("bakes.file", `is not ${BAKES}`);
+  whole(bakes.bytes, "bakes.bytes", 1, SCENE_BYTES);
+  sha256(bakes.sha256, "bakes.sha256");
 }
 
 function checkMaterial(material, i) {
@@ -157,10 +156,10 @@ function checkReflector(reflector, field, manifest) {
   }
 }
 
-function checkMethod(method, field, { assets, shaders, images }) {
+function checkMethod(method, field, { shaders, images }) {
   word(record(method, field, FIELDS.method).kind, `${field}.kind`);
   if (list(method.assets, `${field}.assets`).length === 0) refuse(`${field}.assets`, "are none");
-  list(method.assets, `${field}.assets`).forEach((id, i) => entry(assets, id, `${field}.assets[${i}]`));
+  list(method.assets, `${field}.assets`).forEach((id, i) => text(id, `${field}.assets[${i}]`, 100));
   entry(shaders, method.shader, `${field}.shader`);
   for (const [name, image] of Object.entries(object(method.samplers, `${field}.samplers`))) {
     // It becomes a word of a shader, so it must be one.

@@ -17,6 +17,7 @@ export const DIGITS = 12; // of a content's SHA-256 in its file's name
 export const FLOAT = 3.4e38; // a graphics card keeps hardly more
 export const NODE = 2 ** 24 - 1;
 export const SCENE = "scene.gltf";
+export const BAKES = "bakes.json";
 export const SCENE_BYTES = 256 * 2 ** 20;
 export const ENTRIES = 65536; // of any table
 export const DEPTH = 64; // of nested lists

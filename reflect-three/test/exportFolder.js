@@ -57,12 +57,11 @@ export function exportFolder() {
     look: { exposure: 0.5, table: null },
     images,
     shaders,
-    assets: { "ball-0123456789ab": { kind: "environment", reflector: "ball", uniforms: { a: [1, 2] }, images: { maps_tx: tx, table_buf: buf } } },
+    bakes: { file: "bakes.json", bytes: 100, sha256: "0".repeat(64) },
     materials: [{ name: "Mirror", base_color: [1, 0.9, 0.8], metallic: 1, specular_tint: [1, 1, 1], ior: 1.45, weight: 1, roughness: 0.1 }],
     surface,
     reflectors: [{ name: "ball", node: 0, materials: [0], methods: { environment: method("environment", { asset_maps_tx: tx }), auto: method("box", { asset_maps_bc1: bc1, asset_table_buf: buf }) } }],
     pictures: [{ camera: "Camera", node: 0, width: 64, height: 48, projection: [1.5, 0, 0, 0, 0, 2, 0, 0, 0, 0, -1, -1, 0, 0, -0.2, 0], behind: "pictures/behind-0123456789ab.exr", truth: "pictures/truth-0123456789ab.png", methods: { environment: "pictures/environment-0123456789ab.png" } }],
-    plan: null,
   };
   return { manifest, files };
 }

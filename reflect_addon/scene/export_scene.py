@@ -18,7 +18,7 @@ from ..core.asset_images import size_of
 from ..core.camera import Camera
 from ..core.errors import ReflectError
 from ..core.exchange import manifest as m
-from ..core.exchange.checked import manifest_of
+from ..core.exchange.checked import bakes_of, manifest_of
 from ..core.kernel import ES_300, GODOT, emit_glsl, emitted, record_function
 from ..core.kernel.glsl_text import Dialect
 from ..core.look import TABLE_SIDE
@@ -86,13 +86,16 @@ class SceneExport:
         if look.table is not None:
             unrolled = look.table.transpose(1, 0, 2, 3).reshape(TABLE_SIDE, TABLE_SIDE**2, 3)  # row = green, column = 64 blue + red
             table = self._image("look", m.LOOK_KIND, np.concatenate([unrolled, np.ones_like(unrolled[..., :1])], -1).astype(np.float16))
+        bakes = m.bakes_text_of(m.Bakes(self._assets, document_of(plan) if plan else None))
+        (self.folder / m.BAKES_NAME).write_bytes(bakes)
         made = m.Manifest(
-            f"Reflect in Blender {bpy.app.version_string}", scene, m.Look(look.exposure, table), self._images, self._shaders, self._assets, tuple(self._materials),
-            self._shader(surface_source(ES_300), surface_source(GODOT)), reflectors, tuple(self._pictures), document_of(plan) if plan else None,
+            f"Reflect in Blender {bpy.app.version_string}", scene, m.Look(look.exposure, table), self._images, self._shaders,
+            m.Text(m.BAKES_NAME, len(bakes), hashlib.sha256(bakes).hexdigest()), tuple(self._materials),
+            self._shader(surface_source(ES_300), surface_source(GODOT)), reflectors, tuple(self._pictures),
         )  # fmt: skip
         content = m.text_of(made)
         try:
-            manifest_of(json.loads(content), Path(m.FILE_NAME))
+            bakes_of(json.loads(bakes), Path(m.BAKES_NAME), manifest_of(json.loads(content), Path(m.FILE_NAME)))
         except ReflectError as error:  # else nobody could read the export, nor replace it
             raise ReflectError(f"This scene makes no export that could be read: {error.message.partition(': ')[2]}", "Export fewer methods with --methods.") from error
         (self.folder / m.FILE_NAME).write_bytes(content)

@@ -31,15 +31,15 @@ def import_assets(export: Export, folder: Path, say: Callable[[float, str], obje
     for k, (place, key) in enumerate(places.items()):
         say(k / len(places), f"reading {key}")
         save_asset(asset_of(export, key), place)
-    if export.manifest.plan is not None:
-        write_plan(plan_of(export.manifest.plan), Path(folder) / PLANNED)
+    if export.bakes.plan is not None:
+        write_plan(plan_of(export.bakes.plan), Path(folder) / PLANNED)
     return list(places)
 
 
 def asset_of(export: Export, key: str) -> Asset:
     """The whole asset of an id."""
     asset = export.asset(key)
-    images = {name: image_of(export, image) for name, image in export.manifest.assets[key]["images"].items()}
+    images = {name: image_of(export, image) for name, image in export.bakes.assets[key]["images"].items()}
     asset.images.update(images)
     return asset
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from small_export import read_everything, refuses, write
-from spoiled_exports import WRONG, spoil_bytes, spoil_document
+from spoiled_exports import WRONG, WRONG_BAKES, spoil_bytes, spoil_document
 
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.exchange import checked
@@ -34,6 +34,23 @@ def edit(folder: Path, change) -> None:
     document = json.loads(path.read_text())
     change(document)
     path.write_text(json.dumps(document))
+
+
+def edit_bakes(folder: Path, change) -> None:
+    """The manifest vouches for it."""
+    path = folder / "bakes.json"
+    document = json.loads(path.read_text())
+    document = change(document) or document
+    content = json.dumps(document).encode()
+    path.write_bytes(content)
+    edit(folder, lambda manifest: manifest["bakes"].update(bytes=len(content), sha256=hashlib.sha256(content).hexdigest()))
+
+
+@pytest.mark.parametrize("case", WRONG_BAKES)
+def test_wrong_bakes_get_a_sentence(spoiled, case):
+    change, words = WRONG_BAKES[case]
+    edit_bakes(spoiled, change)
+    refuses(spoiled, words)
 
 
 @pytest.mark.parametrize("case", WRONG)
@@ -73,6 +90,7 @@ def with_another_picture(export: Path, change) -> None:
     new = f"{key[:-12]}{digest[:12]}"
     text = (export / "reflect.json").read_text().replace(key, new).replace(image["sha256"], digest)
     (export / "reflect.json").write_text(text.replace(f'"bytes": {image["bytes"]},', f'"bytes": {len(data)},'))
+    edit_bakes(export, lambda bakes: json.loads(json.dumps(bakes).replace(key, new)))
     (export / image["file"]).unlink()
     (export / "images" / f"{new}.exr").write_bytes(data)
 
@@ -121,15 +139,21 @@ def read_one(folder: Path, name: str) -> None:
     for shader in export.manifest.texts():
         if shader.file == name:
             export.content(shader)
-    for key in export.manifest.assets if name == "reflect.json" else ():
+    for key in export.bakes.assets if name in ("reflect.json", "bakes.json") else ():
         export.asset(key)
+
+
+def of_schema(folder: Path, name: str) -> bool:
+    """Whether a file is as the schema has it."""
+    jsonschema = pytest.importorskip("jsonschema", reason="SKIPPED: no jsonschema; ./dev installs it")
+    schema = json.loads(Path(checked.__file__).with_name("reflect.schema.json").read_text())
+    if name == "bakes.json":
+        schema = {"$ref": "#/$defs/bakes", "$defs": schema["$defs"]}
+    return jsonschema.Draft202012Validator(schema).is_valid(json.loads((folder / name).read_text()))
 
 
 def test_a_thousand_damages(saved, tmp_path, rng):
     """Each ends with a sentence, or the export says something else that is as right as before: by the JSON schema, too."""
-    schema = pytest.importorskip("jsonschema", reason="SKIPPED: no jsonschema; ./dev installs it").Draft202012Validator(
-        json.loads(Path(checked.__file__).with_name("reflect.schema.json").read_text())
-    )
     whole = {p.relative_to(saved).as_posix(): p.read_bytes() for p in saved.rglob("*") if p.is_file()}
     document, folder = json.loads(whole["reflect.json"]), Path(shutil.copytree(saved, tmp_path / "copy"))
     read_everything(folder)  # what is loaded once is not the damage's
@@ -137,22 +161,26 @@ def test_a_thousand_damages(saved, tmp_path, rng):
     said, accepted, before = set(), 0, set(os.listdir(tmp_path))
     start = peak_bytes(again=True)
     for number in range(DAMAGES):
-        if number % 2:
-            name, text = "reflect.json", json.dumps(spoil_document(rng, document)).encode()
+        if number % 4 == 1:
+            name = "bakes.json"
+            edit_bakes(folder, lambda bakes: spoil_document(rng, bakes))
+        elif number % 2:
+            name = "reflect.json"
+            (folder / name).write_text(json.dumps(spoil_document(rng, document)))
         else:
             name = files[rng.integers(len(files))]
-            text = spoil_bytes(rng, whole[name])
-        (folder / name).write_bytes(text)
+            (folder / name).write_bytes(spoil_bytes(rng, whole[name]))
         try:
             read_one(folder, name)
             accepted += 1
-            assert name == "reflect.json", f"damage {number} of {name} was not seen"
+            assert number % 2 or name == "reflect.json", f"damage {number} of {name} was not seen"
             if accepted % 3 == 0:  # the schema takes longer than the reader
-                assert schema.is_valid(json.loads((folder / "reflect.json").read_text())), f"damage {number}: the schema refuses what the reader takes"
+                assert of_schema(folder, name), f"damage {number} of {name}: the schema refuses what the reader takes"
         except ReflectError as error:
             assert str(folder) in error.message and error.remedy, error
             said.add(error.message)
-        (folder / name).write_bytes(whole[name])
+        for name in {name, "reflect.json"}:
+            (folder / name).write_bytes(whole[name])
     assert peak_bytes() - start < MOST_BYTES and set(os.listdir(tmp_path)) == before
     assert accepted < 0.25 * DAMAGES and len(said) > 0.2 * DAMAGES
 
@@ -161,4 +189,4 @@ def test_the_schema_is_one_and_this_is_of_it(saved):
     jsonschema = pytest.importorskip("jsonschema", reason="SKIPPED: no jsonschema; ./dev installs it")
     schema = json.loads(Path(checked.__file__).with_name("reflect.schema.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
-    jsonschema.Draft202012Validator(schema).validate(json.loads((saved / "reflect.json").read_text()))
+    assert all(of_schema(saved, name) for name in ("reflect.json", "bakes.json"))

@@ -32,7 +32,7 @@ def own_assets() -> dict:
 
 def test_arrays_and_uniforms_are_the_same_to_the_bit(page):
     seen = set()
-    for entry in page.manifest["assets"].values():
+    for entry in page.bakes["assets"].values():
         asset = own_assets()[entry["kind"]]
         assert entry["uniforms"] == {k: list(v) if isinstance(v, tuple) else v for k, v in asset.uniforms.items()}
         assert entry["images"].keys() == asset.images.keys()
@@ -58,7 +58,7 @@ def test_tables_of_floats_come_back_to_the_bit(tmp_path, rng):
     halves[~np.isfinite(halves)] = 0
     made = replace(assets["environment"], images={**assets["environment"].images, "random_buf": texels, "random_tx": halves}, alone=None)
     folder = write(tmp_path / "export", {"environment": made})
-    (entry,) = Page(folder).manifest["assets"].values()
+    (entry,) = Page(folder).bakes["assets"].values()
     assert Page(folder).image(entry["images"]["random_buf"]).tobytes() == texels.tobytes()
     assert Page(folder).image(entry["images"]["random_tx"]).tobytes() == halves.tobytes()
     (back,) = read_everything(folder).values()

@@ -211,8 +211,9 @@ def test_a_plan_goes_there_and_back(saved, tmp_path, capfd):
     small = ("--resolution", "16", "--set", "samples=1", "--set", "tolerance=30")
     status, _, said = run(capfd, "export", saved, "--out", out, "--methods", "auto", *small, *SIZE)
     assert status == 0, said
-    manifest = read_export(out).manifest
-    assert manifest.reflectors[0].methods["auto"].kind == manifest.plan["rows"][0]["method"]
+    export = read_export(out)
+    manifest = export.manifest
+    assert manifest.reflectors[0].methods["auto"].kind == export.bakes.plan["rows"][0]["method"]
     assert run(capfd, "import", out, "--out", back)[0] == 0
     assert run(capfd, "render", saved, "--method", "auto", "--assets", back, *SIZE, "--out", drawn)[0] == 0
     assert drawn.read_bytes() == (out / manifest.pictures[0].methods["auto"]).read_bytes()

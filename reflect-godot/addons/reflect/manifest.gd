@@ -15,7 +15,7 @@ const NODE := (1 << 24) - 1
 const BITS := {"tx": 64, "buf": 128, "look": 64, "bc1": 4}  # of a texel
 
 ## Within format 1 there are these fields and no others.
-const FIELDS := ["what", "format", "generator", "scene", "look", "images", "shaders", "assets", "materials", "surface", "reflectors", "pictures", "plan"]
+const FIELDS := ["what", "format", "generator", "scene", "look", "images", "shaders", "bakes", "materials", "surface", "reflectors", "pictures"]
 const TEXT := ["file", "bytes", "sha256"]
 
 
@@ -34,7 +34,7 @@ static func parse(json: String, check: Check) -> Dictionary:
 		return {}
 	check.text(manifest.generator, "generator")
 	_scene(check.record(manifest.scene, "scene", ["file", "name", "bytes", "sha256"]), check)
-	for steps: Callable in [_images, _shaders, _look, _assets, _materials, _reflectors, _pictures]:
+	for steps: Callable in [_images, _shaders, _look, _bakes, _materials, _reflectors, _pictures]:
 		if check.problem:
 			return {}
 		steps.call(manifest, check)
@@ -111,14 +111,14 @@ static func _look(manifest: Dictionary, check: Check) -> void:
 		check.need(image != null and image.kind == "look" and image.width == 4096 and image.height == 64, "look.table", "is no look of 4096 x 64 texels")
 
 
-## What a viewer shows needs none of them; that their images are there is all that is asked.
-static func _assets(manifest: Dictionary, check: Check) -> void:
-	for id: String in check.table(manifest.assets, "assets"):
-		var field := "assets." + id.left(60)
-		var asset := check.table(manifest.assets[id], field)
-		check.word(asset.get("kind"), field + ".kind")
-		for image: Variant in check.table(asset.get("images"), field + ".images").values():
-			check.entry(manifest.images, image, field + ".images")
+## What only Reflect reads: that its name is right is all that is asked.
+static func _bakes(manifest: Dictionary, check: Check) -> void:
+	var bakes := check.record(manifest.bakes, "bakes", TEXT)
+	if check.problem:
+		return
+	check.need(bakes.file is String and bakes.file == "bakes.json", "bakes.file", "is not bakes.json")
+	check.whole(bakes.bytes, "bakes.bytes", 1, SCENE_BYTES)
+	check.checksum(bakes.sha256, "bakes.sha256")
 
 
 static func _materials(manifest: Dictionary, check: Check) -> void:
@@ -156,7 +156,7 @@ static func _answer(value: Variant, field: String, manifest: Dictionary, check: 
 	check.word(answer.kind, field + ".kind")
 	check.need(not check.list(answer.assets, field + ".assets").is_empty(), field + ".assets", "are none")
 	for id: Variant in check.list(answer.assets, field + ".assets"):
-		check.entry(manifest.assets, id, field + ".assets")
+		check.text(id, field + ".assets", 100)
 	check.entry(manifest.shaders, answer.shader, field + ".shader")
 	for name: String in check.table(answer.samplers, field + ".samplers"):
 		# It becomes a word of a shader, so it must be one.

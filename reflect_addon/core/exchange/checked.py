@@ -11,9 +11,12 @@ from ..errors import ReflectError
 from ..planning.plan import plan_of
 from ..typed_json import typed
 from .manifest import (
+    BAKES_NAME,
+    BAKES_WHAT,
     DEFLATED,
     DIGITS,
     ENDINGS,
+    FILE_NAME,
     FORMAT,
     GLSL,
     GODOT,
@@ -24,16 +27,17 @@ from .manifest import (
     SHADERS,
     WHAT,
     Answer,
+    Bakes,
     Image,
     Manifest,
     Material,
     Shader,
     Text,
-)
+)  # fmt: skip
 
 EXPORT_AGAIN = "Export it again."
 MAX_BYTES = 4 << 30  # of all images' texels together
-MAX_SHADER_BYTES, MAX_SCENE_BYTES = 4 << 20, 256 << 20
+MAX_SHADER_BYTES, MAX_SCENE_BYTES, MAX_BAKES_BYTES = 4 << 20, 256 << 20, 256 << 20
 MOST_FLOAT = 3.4e38
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,79}")
 _ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,79}-[0-9a-f]{%d}" % DIGITS)
@@ -44,17 +48,38 @@ _HASH = re.compile(r"[0-9a-f]{64}")
 
 def manifest_of(document, path: Path) -> Manifest:
     """The manifest of a JSON value. ReflectError names `path` and the field."""
-    if not (isinstance(document, dict) and document.get("what") == WHAT and type(document.get("format")) is int):
+    return _checked(document, path, WHAT, Manifest, "the manifest", _check)
+
+
+def bakes_of(document, path: Path, manifest: Manifest) -> Bakes:
+    """What the value of its other file says, which must be what the manifest's answers need. ReflectError as above."""
+
+    def check(bakes: Bakes, path: Path) -> None:
+        for key, entry in bakes.assets.items():
+            _asset(f"assets[{key[:60]!r}]", key, entry, manifest.images, path)
+        for k, reflector in enumerate(manifest.reflectors):
+            for method, answer in reflector.methods.items():
+                name = f"{FILE_NAME}'s reflectors[{k}].methods[{method[:60]!r}]"
+                _need(all(a in bakes.assets for a in answer.assets), f"{name}.assets", "names an asset that is not there")
+                _need(bakes.assets[answer.assets[0]]["kind"] == answer.kind, f"{name}.kind", "is not its own asset's")
+        if bakes.plan is not None:
+            plan_of(bakes.plan)
+
+    return _checked(document, path, BAKES_WHAT, Bakes, "the file", check)
+
+
+def _checked(document, path: Path, what: str, kind, name: str, check):
+    if not (isinstance(document, dict) and document.get("what") == what and type(document.get("format")) is int):
         raise ReflectError(f"{path} is no export of Reflect's.", "Point at a folder that `reflect export` wrote.")
     if document["format"] > FORMAT:
         raise ReflectError(f"{path} has format {document['format']}: it was made by a newer Reflect (this one reads {FORMAT}).", "Update the add-on or export again.")
     try:
         _need(document["format"] >= 1, "format", "is none that ever was")
-        manifest = typed(Manifest, {key: value for key, value in document.items() if key not in ("what", "format")}, "the manifest")
-        _check(manifest, path)
+        found = typed(kind, {key: value for key, value in document.items() if key not in ("what", "format")}, name)
+        check(found, path)
     except ValueError as error:
         raise ReflectError(f"{path} is damaged: {error}.", EXPORT_AGAIN) from error
-    return manifest
+    return found
 
 
 def _need(holds: bool, field: str, what: str) -> None:
@@ -67,6 +92,9 @@ def _check(manifest: Manifest, path: Path) -> None:
     _need(scene.file == SCENE_NAME, "scene.file", f"is not {SCENE_NAME}")
     _size("scene.bytes", scene.bytes, MAX_SCENE_BYTES)
     _hash("scene.sha256", scene.sha256)
+    _need(manifest.bakes.file == BAKES_NAME, "bakes.file", f"is not {BAKES_NAME}")
+    _size("bakes.bytes", manifest.bakes.bytes, MAX_BAKES_BYTES)
+    _hash("bakes.sha256", manifest.bakes.sha256)
     for key, image in manifest.images.items():
         _image(f"images[{key[:60]!r}]", key, image)
     total = sum(image.texel_bytes() for image in manifest.images.values())
@@ -77,8 +105,6 @@ def _check(manifest: Manifest, path: Path) -> None:
         _text(name, shader, GLSL)
         _text(f"{name}.godot", shader.godot, GODOT)
     _look(manifest)
-    for key, entry in manifest.assets.items():
-        _asset(f"assets[{key[:60]!r}]", key, entry, manifest.images, path)
     for k, material in enumerate(manifest.materials):
         _material(f"materials[{k}]", material)
     _need(manifest.surface in manifest.shaders, "surface", "is no shader of the manifest")
@@ -90,8 +116,6 @@ def _check(manifest: Manifest, path: Path) -> None:
             _answer(f"{name}.methods[{method[:60]!r}]", method, answer, manifest)
     for k, picture in enumerate(manifest.pictures):
         _picture(f"pictures[{k}]", picture)
-    if manifest.plan is not None:
-        plan_of(manifest.plan)
 
 
 def _size(field: str, count: int, most: int) -> None:
@@ -159,8 +183,7 @@ def _material(field: str, material: Material) -> None:
 
 def _answer(field: str, method: str, answer: Answer, manifest: Manifest) -> None:
     _need(bool(_WORD.fullmatch(method)) and bool(_WORD.fullmatch(answer.kind)), field, "is no method's name")
-    _need(len(answer.assets) > 0 and all(a in manifest.assets for a in answer.assets), f"{field}.assets", "names an asset that is not there")
-    _need(manifest.assets[answer.assets[0]]["kind"] == answer.kind, f"{field}.kind", "is not its own asset's")
+    _need(len(answer.assets) > 0 and all(_ID.fullmatch(a) for a in answer.assets), f"{field}.assets", "are no ids")
     _need(answer.shader in manifest.shaders, f"{field}.shader", "is no shader of the manifest")
     for sampler, image in answer.samplers.items():
         _need(bool(_WORD.fullmatch(sampler)) and "__" not in sampler, f"{field}.samplers", "has a name that no sampler may have")

@@ -13,7 +13,8 @@ from ..asset_images import kind_of
 from ..look import TABLE_SIDE
 
 WHAT, FORMAT = "reflect export", 1
-FILE_NAME, SCENE_NAME, EXTENSION = "reflect.json", "scene.gltf", "REFLECT_reflections"
+BAKES_WHAT = "reflect bakes"
+FILE_NAME, SCENE_NAME, BAKES_NAME, EXTENSION = "reflect.json", "scene.gltf", "bakes.json", "REFLECT_reflections"
 IMAGES, SHADERS, PICTURES = "images", "shaders", "pictures"
 GLSL, GODOT = "glsl", "gdshaderinc"  # endings of kernels' files
 DIGITS = 12  # of a content's SHA-256 that its file's name holds
@@ -69,6 +70,14 @@ class Shader:
 
 
 @dataclass(frozen=True)
+class Bakes:
+    """What Reflect makes assets again from, which nobody else needs: in a file of its own, as long as the fingerprints of all that was baked."""
+
+    assets: dict[str, dict]  # core/asset_document.document_of and `images`: name -> image id
+    plan: dict | None
+
+
+@dataclass(frozen=True)
 class Material:
     """What mirrors, by the name that it has in glTF."""
 
@@ -120,12 +129,11 @@ class Manifest:
     look: Look
     images: dict[str, Image]
     shaders: dict[str, Shader]
-    assets: dict[str, dict]  # core/asset_document.document_of and `images`: name -> image id
+    bakes: Text
     materials: tuple[Material, ...]
     surface: str  # shader id
     reflectors: tuple[Reflector, ...]
     pictures: tuple[Picture, ...]
-    plan: dict | None
 
     def texts(self) -> tuple[Shader | Text, ...]:
         """All files of kernels."""
@@ -134,12 +142,17 @@ class Manifest:
     def files(self) -> set[str]:
         """Of all that it names, below the folder; what the glTF names is beside them."""
         drawn = {name for p in self.pictures for name in (p.behind, p.truth, *p.methods.values())}
-        return {FILE_NAME, self.scene.file, *(i.file for i in self.images.values()), *(s.file for s in self.texts())} | drawn
+        return {FILE_NAME, self.scene.file, self.bakes.file, *(i.file for i in self.images.values()), *(s.file for s in self.texts())} | drawn
 
 
 def text_of(manifest: Manifest) -> bytes:
     """The file's content."""
     return (json.dumps({"what": WHAT, "format": FORMAT, **asdict(manifest)}, indent=1, allow_nan=False, default=plain) + "\n").encode()
+
+
+def bakes_text_of(bakes: Bakes) -> bytes:
+    """The content of its file."""
+    return (json.dumps({"what": BAKES_WHAT, "format": FORMAT, **asdict(bakes)}, allow_nan=False, default=plain) + "\n").encode()
 
 
 def asset_entry(asset: Asset, images: dict[str, str]) -> dict:

@@ -10,10 +10,10 @@ from ..asset_document import checked_fields
 from ..errors import ReflectError
 from ..safe_read import read_bytes
 from . import exr_header, ktx2_header
-from .checked import EXPORT_AGAIN, MAX_SCENE_BYTES, manifest_of
-from .manifest import EXTENSION, FILE_NAME, Image, Manifest, Shader, Text
+from .checked import EXPORT_AGAIN, MAX_BAKES_BYTES, MAX_SCENE_BYTES, bakes_of, manifest_of
+from .manifest import EXTENSION, FILE_NAME, Bakes, Image, Manifest, Shader, Text
 
-MAX_JSON_BYTES = 64 << 20  # what rows stand for takes most of it
+MAX_JSON_BYTES = 64 << 20
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,7 @@ class Export:
 
     folder: Path
     manifest: Manifest
+    bakes: Bakes
 
     def content(self, entry: Image | Shader | Text) -> bytearray:
         """The file of an image or of a kernel's text, whose checksum holds and, of an image, whose header says what the manifest says. ReflectError else."""
@@ -32,18 +33,20 @@ class Export:
 
     def asset(self, key: str) -> Asset:
         """The asset of an id, without its images."""
-        entry = {name: value for name, value in self.manifest.assets[key].items() if name != "images"}
-        return Asset(images={}, **checked_fields(self.folder / FILE_NAME, entry))
+        entry = {name: value for name, value in self.bakes.assets[key].items() if name != "images"}
+        return Asset(images={}, **checked_fields(self.folder / self.manifest.bakes.file, entry))
 
 
 def read_export(folder: Path) -> Export:
     """The export in a folder. ReflectError names the file and the field that are wrong; no image is read."""
     folder = Path(folder)
     manifest = read_manifest(folder)
-    for entry in (manifest.scene, *manifest.images.values(), *manifest.texts()):
+    for entry in (manifest.scene, manifest.bakes, *manifest.images.values(), *manifest.texts()):
         _check_size(folder, entry.file, entry.bytes)
     _check_nodes(folder, manifest)
-    return Export(folder, manifest)
+    path, entry = folder / manifest.bakes.file, manifest.bakes
+    bakes = bakes_of(_json(path, _content(folder, entry.file, min(entry.bytes, MAX_BAKES_BYTES), entry.sha256)), path, manifest)
+    return Export(folder, manifest, bakes)
 
 
 def read_manifest(folder: Path) -> Manifest:
