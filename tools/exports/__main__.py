@@ -30,17 +30,15 @@ def main(argv=None) -> int:
     parser.add_argument("--methods", default="", metavar="A,B", help=f"default: all of {', '.join(METHODS)}")
     parser.add_argument("--size", default="320x240", help="of the pictures, WxH")
     parser.add_argument("--samples", type=int, default=16, help="Cycles' paths per pixel behind the reflectors")
-    parser.add_argument("--texels", type=int, default=64, help="resolution of maps, and of pictures of things: a power of two")
-    parser.add_argument("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help="a method's setting, of those that have it")
+    parser.add_argument("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help="a setting of bakes, for all methods that have it")
     arguments = parser.parse_args(argv)
     shot = Shot(tuple(int(part) for part in arguments.size.split("x")), samples=arguments.samples)
     wanted = tuple(filter(None, arguments.methods.split(","))) or METHODS
-    settings = {"resolution": arguments.texels, "texels": arguments.texels, **dict(arguments.set)}
     rows, exhibits, wrong = [], [], 0
     try:
         for name in arguments.names or SAMPLES:
             blend = Path(name) if name.endswith(".blend") else ROOT / "sample_blends" / f"{name}.blend"
-            export = exported(blend, arguments.out / blend.stem, wanted, shot, settings, _say(name))
+            export = exported(blend, arguments.out / blend.stem, wanted, shot, dict(arguments.set), _say(name))
             for program, drawn in (("a browser", in_a_browser), ("Godot", in_godot)):
                 try:
                     more, table = drawn(export)

@@ -8,10 +8,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from reflect_addon.core.exchange.folder import named_by_gltf
 from reflect_addon.core.exchange.reading import read_export
 from reflect_addon.evaluation.bench import Target
 from reflect_addon.evaluation.exhibit import Exhibit
 from reflect_addon.evaluation.export_file import Shot, write_export
+from reflect_addon.evaluation.frame import open_frame
 
 from tools import godot
 
@@ -19,12 +21,15 @@ from .compared import Compared, compared, read_png, reflector_pixels
 from .node_package import Failed, drawn
 
 PROJECT = Path(__file__).resolve().parents[2] / "reflect-godot"
+TEXELS = 64  # resolution of maps, and of pictures of things
 ASKED = 0.05  # FLIP over the reflectors' pixels
 A_METHOD_S = 900  # of a page on software OpenGL, which compiles a kernel for each kind of reflector
 HEADS = (
     "method", "FLIP", "beside", "download MB", "on the card MB", "environment shown s", "loaded s", "compiled s", "frame ms",
 )  # fmt: skip
 GODOT_HEADS = ("method", "FLIP", "beside", "on the card MB", "loaded s", "first frames s")
+# Settings of bakes in a scene of more reflectors than MANY, where the others would take hours: pictures agree as they do with fine ones, sizes are smaller.
+MANY, LIGHT = 10, {"resolution": 32, "texels": 32, "samples": 2, "maps": 1, "points": 8, "turns": 12, "order": 2, "views": 4, "view_texels": 16}
 RAYS = 7  # most of a pixel, as `render` sends
 
 
@@ -34,15 +39,18 @@ class Exported:
     folder: Path
     mask: np.ndarray  # (H, W) bool, reflectors' pixels
     methods: tuple[str, ...]
+    settings: dict  # of the bakes
 
 
 def exported(blend: Path, folder: Path, wanted: tuple[str, ...], shot: Shot, settings: dict, progress: Callable[[float, str], object]) -> Exported:
-    """Writes folder/export, and bakes what is missing in folder/assets: a sample's own folder stays as it is."""
+    """Writes folder/export, and bakes what is missing in folder/assets: a sample's own folder stays as it is. settings: beside the default ones."""
     out = folder / "export"
     bpy.ops.wm.open_mainfile(filepath=str(blend))
+    with open_frame(bpy.context.scene, None) as snapshot:
+        settings = (LIGHT if len(snapshot.reflectors()) > MANY else {"resolution": TEXELS, "texels": TEXELS}) | settings
     write_export(bpy.context.scene, wanted, out, shot=shot, settings=settings, progress=progress)
     export = read_export(out)
-    return Exported(blend.stem, out, reflector_pixels(blend, export), tuple(name for name in wanted if name in export.manifest.pictures[0].methods))
+    return Exported(blend.stem, out, reflector_pixels(blend, export), tuple(name for name in wanted if name in export.manifest.pictures[0].methods), settings)
 
 
 def in_a_browser(export: Exported) -> tuple[list[Target], Exhibit]:
@@ -51,12 +59,19 @@ def in_a_browser(export: Exported) -> tuple[list[Target], Exhibit]:
     told = drawn(export.folder, out, export.methods, seconds=A_METHOD_S * len(export.methods))
     pairs = {name: compared(export.folder, out, name, export.mask) for name in export.methods}
     rows = [_target(export, "web", "reflect-three in headless Chromium", name, pair) for name, pair in pairs.items()]
-    lead = f"{told['width']} x {told['height']} pixels, {told['device']}. Each method on a page of its own, from a server on the same machine; the environment is shown first."
+    lead = f"{told['width']} x {told['height']} pixels, {told['device']}. Each method on a page of its own, from a server on the same machine; the environment is shown first. "
+    lead += f"Opening takes {_opening(export) / 1e6:.2f} MB (manifest and glTF) and {told['opened'] / 1e3:.2f} s. Baked with {export.settings}."
     if told["said"]:
         lead += f" The page said: {told['said'][0][:200]}"
     table = tuple(_cells(name, pair, told["drawn"][name]) for name, pair in pairs.items())
     pictures = tuple((f"{name}: page, render, 8 x difference", pair.sheet()) for name, pair in pairs.items())
     return rows, Exhibit(f"{export.name} in a browser", lead, HEADS, table, pictures)
+
+
+def _opening(export: Exported) -> int:
+    """Bytes that are read before a method is asked for."""
+    names = {"reflect.json", *named_by_gltf(export.folder), read_export(export.folder).manifest.scene.file}
+    return sum((export.folder / name).stat().st_size for name in names)
 
 
 def in_godot(export: Exported) -> tuple[list[Target], Exhibit]:
