@@ -120,7 +120,8 @@ def _read(folder: Path) -> PartRecord:
         record = typed(PartRecord, document, "part")
         record.number()
         names = (*record.files, *record.owned, *record.replaces)
-        if any(name.startswith(("/", "\\")) or ":" in name or ".." in Path(name).parts for name in names):
+        # Below its folder, and never the folder itself: what parts replace is deleted.
+        if any(":" in name or "\\" in name or not all(part.strip(".") for part in name.split("/")) for name in names):
             raise ValueError("it names files outside its folder")
     except (ValueError, RecursionError) as error:
         raise ReflectError(f"{path} is damaged: {error}.", AGAIN) from error

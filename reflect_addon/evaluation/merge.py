@@ -99,7 +99,8 @@ def _merge_bake(parts: Parts, out: Path) -> list[Path]:
                 elif file == PLAN_NAME:
                     write_whole(out / name, (folder / name).read_bytes())
             for name in record.replaces:  # one asset is for all from now on
-                shutil.rmtree(out / name, ignore_errors=True)
+                if (out / name / JSON_NAME).is_file():
+                    shutil.rmtree(out / name, ignore_errors=True)
     return [out / name for _, record in parts for name in record.owned]
 
 

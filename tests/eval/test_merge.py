@@ -117,11 +117,11 @@ def test_damage_anywhere(three, tmp_path):
 
 def test_a_part_names_nothing_outside(three, tmp_path):
     path = three[1] / FILE_NAME
-    for name in ("../x", "/x", "C:/x"):
-        document = json.loads(path.read_text())
-        document["owned"] = [name]
-        path.write_text(json.dumps(document))
-        assert "outside its folder" in refused(three, tmp_path / "out")
+    whole = path.read_text()
+    for name in ("../x", "/x", "C:/x", "", ".", "a/..", "a//b", "a\\b"):
+        for field in ("owned", "replaces"):
+            path.write_text(json.dumps(json.loads(whole) | {field: [name]}))
+            assert "outside its folder" in refused(three, tmp_path / "out")
 
 
 def test_the_result_is_no_part(three):
