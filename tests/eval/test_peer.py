@@ -189,10 +189,10 @@ def test_only_evaluate_knows_it(tiny, tmp_path, capfd, words, monkeypatch):
 
 def test_all_leaves_the_peer_out_and_repeats_are_one():
     from reflect_addon.core import methods as registry
-    from reflect_addon.verbs import _methods
+    from reflect_addon.asked import methods_of
 
-    assert _methods("all", peers=("eevee",)) == registry.names()
-    assert _methods("all, eevee,box_proxy,eevee", peers=("eevee",)) == (*registry.names(), "eevee")
+    assert methods_of("all", peers=("eevee",)) == registry.names()
+    assert methods_of("all, eevee,box_proxy,eevee", peers=("eevee",)) == (*registry.names(), "eevee")
 
 
 def test_a_process_that_fails_or_is_cancelled_leaves_nothing(tiny, tmp_path):
