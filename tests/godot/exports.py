@@ -13,7 +13,7 @@ from reflect_addon.evaluation.export_file import Shot, write_export
 from reflect_addon.evaluation.png import write_png
 from tools.exports.compared import Compared, read_png, reflector_pixels
 
-SIZE, SAMPLES, RESOLUTION, RAYS = (320, 240), 4, 32, 7
+SIZE, SAMPLES, RESOLUTION, TEXELS, RAYS = (320, 240), 4, 32, 64, 7
 SAMPLES_OF = Path(__file__).resolve().parents[2] / "sample_blends"
 
 
@@ -45,5 +45,5 @@ def exported(folder: Path, name: str, methods: tuple[str, ...], size: tuple[int,
         setattr(bpy.context.scene.camera.data, word, value)
     blend = folder.parent / f"{name}.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    write_export(bpy.context.scene, methods, folder, shot=Shot(size, samples=SAMPLES), settings={"resolution": RESOLUTION, **settings})
+    write_export(bpy.context.scene, methods, folder, shot=Shot(size, samples=SAMPLES), settings={"resolution": RESOLUTION, "texels": TEXELS, **settings})
     return Exported(folder, reflector_pixels(blend, read_export(folder)), methods)
