@@ -389,8 +389,6 @@ EXPORT_LOOK = 2.0**-12
 # Share of rays that meet an edge of a map of 8 texels a side, where two programs' roundings pick different texels (found: none).
 EXPORT_COARSE_BRINKS = 5e-4
 
-# reflect-godot against `render` as reflect-three is, FLIP over the reflectors' pixels (0.026 to 0.033 measured in contact) and beside them (0.0018) ...
+# reflect-godot against `render` as reflect-three is, FLIP over the reflectors' pixels (0.026 to 0.033 measured in contact) and beside them (0.0018).
 GODOT_FLIP = 0.05
 GODOT_BESIDE = 0.005
-# ... and the direction in which a pixel is stretched, whose small component two compilers round unlike (1.9e-5 measured).
-GODOT_LINE = 1e-4

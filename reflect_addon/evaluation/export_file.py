@@ -48,10 +48,12 @@ class Shot:
 
 
 def write_export(
-    scene: bpy.types.Scene, wanted: tuple[str, ...], out: Path, *, shot: Shot | None = None, assets: Path | None = None, settings: dict | None = None, ktx2: bool = False, progress=None
-) -> list[str]:
+    scene: bpy.types.Scene, wanted: tuple[str, ...], out: Path, *, shot: Shot | None = None, assets: Path | None = None, settings: dict | None = None, ktx2: bool = False,
+    progress=None,
+) -> list[str]:  # fmt: skip
     """Writes the folder `out`, whole or not at all; an earlier export there is replaced. wanted: methods, () for all that lie there; assets: their folder, else
-    those beside the .blend. ktx2: float images as KTX2, by a program that is looked for on PATH. Returns what an artist should know, as sentences. ReflectError: a method that draws, nothing baked, a folder that is not ours."""
+    those beside the .blend. ktx2: float images as KTX2, by a program that is looked for on PATH. Returns what an artist should know, as sentences. ReflectError: a
+    method that draws, nothing baked, a folder that is not ours, no such program."""
     check_target(out)
     for name in wanted:
         if name != registry.AUTO and name not in registry.gathering():

@@ -188,8 +188,8 @@ def test_only_evaluate_knows_it(tiny, tmp_path, capfd, words, monkeypatch):
 
 
 def test_all_leaves_the_peer_out_and_repeats_are_one():
-    from reflect_addon.core import methods as registry
     from reflect_addon.asked import methods_of
+    from reflect_addon.core import methods as registry
 
     assert methods_of("all", peers=("eevee",)) == registry.names()
     assert methods_of("all, eevee,box_proxy,eevee", peers=("eevee",)) == (*registry.names(), "eevee")

@@ -1,72 +1,28 @@
-"""Kernels in Godot's shading language against NumPy, run by Godot: random programs, every gathering method, and what surfaces make of a ray."""
+"""Kernels in Godot's shading language against NumPy, run by Godot."""
 
-import numpy as np
+from functools import partial
+
 import pytest
-import random_kernels
-import tolerances
-from baked_methods import is_on_the_brink, rays_of_all_kinds, same_answer
 from godot_bench import run_godot
-from kernel_jobs import baked_everything, job_of
-from tolerances_nodes import KERNEL_BRINK_SHARE
+from kernel_agreement import methods_agree, random_programs_agree, surface_agrees
 
-from reflect_addon.core import methods, pixel_rays, shading
-from reflect_addon.core.asset import Asset
-from reflect_addon.core.kernel import GODOT, emit_glsl, emitted, evaluate, record, record_function, run_numpy
-from reflect_addon.core.rays import Answer, Rays
+from reflect_addon.core.kernel import GODOT
 
 pytestmark = pytest.mark.slow
-COUNT, PROGRAMS = 20_000, 10
 
 
-def test_random_programs(rng, tmp_path):
-    made, given = random_kernels.asset(rng), random_kernels.inputs(rng, 4096)
-    programs = [random_kernels.random_program(seed, made) for seed in range(PROGRAMS)]
-    kernels = [emit_glsl(program, ("p", "q"), "answer", push_bytes=0, dialect=GODOT) for program in programs]
-    answers = run_godot([job_of(kernel, made, given) for kernel in kernels], tmp_path / "godot")
-    for seed, (program, got) in enumerate(zip(programs, answers)):
-        single, stable = random_kernels.yardstick(program, given, made)
-        for name in single:
-            share = random_kernels.disagreement(got[name], single[name], stable[name])
-            assert share <= KERNEL_BRINK_SHARE, f"program {seed}, output {name}"
+@pytest.fixture
+def run(tmp_path):
+    return partial(run_godot, folder=tmp_path / "godot")
 
 
-def test_every_gathering_method(rng, tmp_path):
-    assets = baked_everything()
-    rays = rays_of_all_kinds(np.random.default_rng(11), COUNT)
-    width, spread = rng.uniform(0, 0.05, COUNT).astype("f"), rng.choice([0.0, 0.004, 0.05, 0.7], COUNT).astype("f")
-    inputs = {"origin": rays.origin, "direction": rays.direction, "width": width, "spread": spread}
-    wanted = ("radiance", "coverage", "position", "status")
-    kernels = {name: emitted(methods.get(asset.kind).trace, asset, wanted, GODOT) for name, asset in assets.items()}
-    answers = run_godot([job_of(kernel, assets[name], inputs) for name, kernel in kernels.items()], tmp_path / "godot")
-    bounds = tolerances.KERNEL_RADIANCE_RELATIVE, tolerances.KERNEL_DISTANCE_RELATIVE
-    for (name, asset), got in zip(assets.items(), answers):
-        found, program = Answer(*(got[field] for field in wanted)), record(methods.get(asset.kind).trace, asset)
-        assert all(np.isfinite(values).all() for values in got.values()), name
-        odd = np.flatnonzero(~same_answer(found, run_numpy(program, asset, rays, width, spread), rays.origin, *bounds))
-        assert len(odd) <= tolerances.RAYS_ON_BRINKS * COUNT, f"{name}: {len(odd)}"
-        few, part = Rays(rays.origin[odd], rays.direction[odd]), Answer(*(got[field][odd] for field in wanted))
-        explained = is_on_the_brink(program, asset, few, width[odd], spread[odd], part, rng, tolerances.BRINK, *bounds)
-        assert explained.all(), f"{name}: {(~explained).sum()} of {len(odd)} rays are nowhere near an edge"
+def test_random_programs(run, rng):
+    random_programs_agree(run, GODOT, rng)
 
 
-def test_surface(rng, tmp_path):
-    """Reflectance, and the rays that a pixel sends."""
-    kinds = shading.REFLECTANCE_INPUTS
-    given = {name: rng.random((4096, 3) if kind == "vec3" else 4096).astype("f") for name, kind in kinds.items()}
-    given["ior"] += 1.0
-    mirrors = record_function(shading.reflectance, kinds, options={"has_metal": True, "has_dielectric": True})
-    along = {name: rng.normal(0, 0.1, (4096, 3)).astype("f") for name in ("along_x", "along_y")}
-    along |= {"width": rng.random(4096).astype("f"), "spread": (0.2 * rng.random(4096)).astype("f"), "most": rng.choice([1, 3, 7], 4096).astype("f")}
-    pixel = record_function(pixel_rays.rays, pixel_rays.INPUTS)
-    wanted = evaluate(mirrors, given), evaluate(pixel, along)
-    jobs = [
-        job_of(emit_glsl(program, tuple(want), name, dialect=GODOT), Asset("", "", {}), inputs)
-        for program, want, name, inputs in ((mirrors, wanted[0], "surface_reflectance", given), (pixel, wanted[1], "rays_of_pixel", along))
-    ]
-    (mirrored, sent) = run_godot(jobs, tmp_path / "godot")
-    for name in ("reflectance", "opacity"):
-        np.testing.assert_allclose(mirrored[name], wanted[0][name], rtol=tolerances.KERNEL_RADIANCE_RELATIVE, atol=1e-5)
-    same = sent["rays"] == wanted[1]["rays"]  # a count next to its limit may be the other one
-    assert same.mean() > 0.999
-    for name in ("line", "width", "spread"):
-        np.testing.assert_allclose(sent[name][same], wanted[1][name][same], rtol=1e-3, atol=tolerances.GODOT_LINE)
+def test_every_gathering_method(run, rng):
+    methods_agree(run, GODOT, rng)
+
+
+def test_surface(run, rng):
+    surface_agrees(run, GODOT, rng)

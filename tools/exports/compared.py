@@ -48,10 +48,13 @@ def reflector_pixels(blend: Path, export: Export) -> np.ndarray:
 
 
 def compared(folder: Path, drawn: Path, method: str, mask: np.ndarray) -> Compared:
-    """folder: the export; drawn: what reflect-three/test/web/draw.js wrote."""
-    picture = read_export(folder).manifest.pictures[0]
-    web = np.fromfile(drawn / f"{method}.rgba", np.uint8).reshape(picture.height, picture.width, 4)[..., :3] / np.float32(255)
-    return Compared(web, read_png(folder / picture.methods[method]), mask)
+    """folder: the export; drawn: where a program's picture lies: the bytes that reflect-three/test/web/draw.js writes, or a PNG."""
+    picture, raw = read_export(folder).manifest.pictures[0], drawn / f"{method}.rgba"
+    if raw.is_file():
+        shown = np.fromfile(raw, np.uint8).reshape(picture.height, picture.width, 4)[..., :3] / np.float32(255)
+    else:
+        shown = read_png(drawn / f"{method}.png")
+    return Compared(shown, read_png(folder / picture.methods[method]), mask)
 
 
 def read_png(path: Path) -> np.ndarray:

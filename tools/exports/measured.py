@@ -17,7 +17,7 @@ from reflect_addon.evaluation.frame import open_frame
 
 from tools import godot
 
-from .compared import Compared, compared, read_png, reflector_pixels
+from .compared import Compared, compared, reflector_pixels
 from .node_package import Failed, drawn
 
 PROJECT = Path(__file__).resolve().parents[2] / "reflect-godot"
@@ -84,7 +84,7 @@ def in_godot(export: Exported) -> tuple[list[Target], Exhibit]:
         raise Failed(f"Godot: {done.stdout[-3000:]}")
     told = json.loads((out / "drawn.json").read_text())
     picture = read_export(export.folder).manifest.pictures[0]
-    pairs = {name: Compared(read_png(out / f"{name}.png"), read_png(export.folder / picture.methods[name]), export.mask) for name in export.methods}
+    pairs = {name: compared(export.folder, out, name, export.mask) for name in export.methods}
     rows = [_target(export, "godot", "reflect-godot (Compatibility)", name, pair) for name, pair in pairs.items()]
     table = tuple(
         (name, f"{pair.flip():.3f}", f"{pair.beside():.3f}", f"{told[name]['megabytes']:.1f}", f"{told[name]['loaded_ms'] / 1e3:.2f}", f"{told[name]['drawn_ms'] / 1e3:.2f}")
