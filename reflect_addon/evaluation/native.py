@@ -22,7 +22,7 @@ class Drawn:
     method: str
     error: str | None
     answer: Answer | None  # of the ray map's covered pixels in row order
-    told: dict  # plain: eevee_draw's Timed without EEVEE's ray tracing, traced: seconds and busy with it, None where not timed; nodes, look_ups, images, image_bytes, groups
+    told: dict  # plain: eevee_draw's Timed without EEVEE's ray tracing; fewer, traced: seconds and busy by Job.fewer samples, with tracing; None where not timed; nodes, look_ups, images, image_bytes, groups
     notes: tuple[str, ...]
     device: str
 

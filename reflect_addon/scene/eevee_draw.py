@@ -91,7 +91,7 @@ def _peers(scene, job: Job, snapshot, folder: Path, say: Callable[[int], object]
 
 def _group(scene, job: Job, native: Native, path: Path) -> dict:
     """Judged alone, without samples between pixels' centres; then shown or timed as an artist sees it, in the artist's materials."""
-    told = {"method": native.method, "error": native.error, "notes": [], "plain": None, "traced": None}
+    told = {"method": native.method, "error": native.error, "notes": [], "plain": None, "fewer": None, "traced": None}
     if native.error:
         return told
     scene.eevee.use_raytracing = False
@@ -115,17 +115,28 @@ def _group(scene, job: Job, native: Native, path: Path) -> dict:
             draw(scene, job.samples, path)
         else:
             told["plain"] = vars(timed(scene, job.samples, TURNS))
+            if job.fewer:
+                told["fewer"] = _seconds(least(scene, job.fewer, TURNS))
             scene.eevee.use_raytracing = True
             draw(scene, 1)  # what tracing compiles
-            told["traced"] = dict(zip(("seconds", "busy"), draw(scene, job.samples), strict=True))
+            told["traced"] = _seconds(draw(scene, job.samples))
         remove_from_materials(scene.objects)
     return {**told, "notes": [*native.notes, *done.sentences]}
 
 
 def timed(scene: bpy.types.Scene, samples: int, turns: int, path: Path | None = None) -> Timed:
     first, again = draw(scene, 1)[1], draw(scene, 1)[1]
-    seconds, busy = map(min, zip(*(draw(scene, samples, path) for _ in range(turns)), strict=True))
+    seconds, busy = least(scene, samples, turns, path)
     return Timed(max(first - again, 0.0), seconds, busy, max(busy - again, 0.0) / max(samples - 1, 1))
+
+
+def least(scene: bpy.types.Scene, samples: int, turns: int, path: Path | None = None) -> tuple[float, float]:
+    """Renders the frame a few times; the least of each time."""
+    return tuple(map(min, zip(*(draw(scene, samples, path) for _ in range(turns)), strict=True)))
+
+
+def _seconds(times: tuple[float, float]) -> dict[str, float]:
+    return dict(zip(("seconds", "busy"), times, strict=True))
 
 
 def draw(scene: bpy.types.Scene, samples: int, path: Path | None = None) -> tuple[float, float]:

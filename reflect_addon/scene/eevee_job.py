@@ -43,7 +43,8 @@ class Job:
     diagonal: float = 1.0  # of the scene, m: distances of our groups are told in it
     shown: bool = False  # our pictures are for the eye, not to be judged ray by ray
     volume: bool = False  # EEVEE's own pictures have a volume probe over the scene
-    timed: bool = True  # what is judged is then timed in the scene's own materials
+    timed: bool = True  # what is judged is then timed in the scene's own materials ...
+    fewer: int = 0  # ... and in frames of so many samples, too; 0: of no others
 
     def plain(self) -> dict:
         return asdict(self)

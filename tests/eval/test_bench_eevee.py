@@ -18,9 +18,9 @@ GREY = np.full((4, 4, 3), 0.5, np.float32)
 TOLD = {"nodes": 1200, "look_ups": 9, "images": 1, "image_bytes": 2e6}
 
 
-def line(name, flip, seconds=1.0):
+def line(name, flip, seconds=1.0, samples=peer.SAMPLES):
     ours = not name.startswith("EEVEE")
-    return Line(name, flip, seconds, 0.1, 2.0, TOLD if ours else {}, 3.0 if ours else None, GREY)
+    return Line(name, samples, flip, seconds, 0.1, 2.0, TOLD if ours else {}, 3.0 if ours else None, GREY)
 
 
 def job_of(scene, snapshot):
@@ -57,6 +57,19 @@ def test_a_slower_picture_is_the_best_only_where_all_are_slower():
     fast, slow, slowest = line("box_proxy", 0.06, 1.9), line("depth_maps", 0.02, 2.1), line("light_field", 0.03, 4.0)
     assert found([fast, slow], theirs).best() == (fast, theirs[0])
     assert found([slow, slowest], theirs).best() == (slow, theirs[0])
+
+
+def test_fewer_samples_are_taken_only_for_time_and_then_said():
+    theirs = [line("EEVEE, tracing", 0.3, seconds=4.0)]
+
+    def told(seconds, of_fewer):
+        pair = [line("depth_maps", 0.09, seconds), line("depth_maps", 0.09, of_fewer, bench_eevee.FEWER)]
+        return next(r for r in bench_eevee.told([found(pair, theirs)], {}) if r["id"] == "I7-time")
+
+    as_many, fewer, neither = told(3.9, 3.0), told(4.4, 3.6), told(6.0, 4.8)
+    assert as_many["holds"] and as_many["ours"] == pytest.approx([3.9 / 4.0]) and "samples;" not in as_many["how"]
+    assert fewer["holds"] and fewer["ours"] == pytest.approx([0.9]) and f"3.6 ({bench_eevee.FEWER} samples; 4.4 with {peer.SAMPLES}) over 4.0 s" in fewer["how"]
+    assert not neither["holds"] and neither["ours"] == pytest.approx([1.5])
 
 
 def test_what_is_missing_or_too_far_holds_not():

@@ -132,6 +132,7 @@ def test_a_mirror_shows_what_its_kernel_answers(fresh_file, tmp_path, monkeypatc
     group = native_draw.Native(Groups("box_proxy", ""), snapshot)
     group.put(scene, job.diagonal)
     eevee_draw.draw(scene, 1, tmp_path / "group.exr")
+    eevee_draw.draw(scene, 3, tmp_path / "more.exr")
     counts = group.counts()
     group.take_away()
     assert group.error is None and counts["nodes"] > 10 and counts["look_ups"] > 0 and counts["groups"] == 1
@@ -139,6 +140,8 @@ def test_a_mirror_shows_what_its_kernel_answers(fresh_file, tmp_path, monkeypatc
     assert len(answer.radiance) > 50 and missing == 0
     off = np.abs(answer.radiance - expected.radiance).max(-1)
     assert np.percentile(off, 95) < NATIVE_RADIANCE, off
+    more, _ = native.answer_in(read_exr(tmp_path / "more.exr"), ray_map, snapshot.diagonal())
+    assert np.allclose(more.radiance, answer.radiance, atol=NATIVE_RADIANCE), "what is judged by one sample stands for frames of any number"
     away = np.linalg.norm(expected.position - ray_map.rays().origin, axis=-1)
     reach = np.linalg.norm(answer.position - expected.position, axis=-1)[away < FAR / 2] / away[away < FAR / 2]
     assert np.percentile(reach, 95) < NATIVE_HALF
