@@ -43,7 +43,7 @@ def measure(progress) -> list[dict]:
         for number in FRAMES:
             progress(0.2 + 0.8 * (number - FIRST) / len(FRAMES), f"flicker: frame {number}")
             frame = frame_of(scene, number, SIZE, PATHS, truths=2)
-            renderer.update(frame.snapshot)
+            renderer.scene.update(frame.snapshot)
             answer = renderer.answer(camera_of(scene, None, *SIZE))
             own = answer.radiance[frame.mask]
             masks.append(frame.mask)

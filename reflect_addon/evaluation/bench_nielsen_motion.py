@@ -42,7 +42,7 @@ def errors(scene: Drawn) -> tuple[list[float], list[int | None], int]:
     for frame in range(FRAMES + enough + 1):
         if frame < FRAMES:
             now = moved(scene.snapshot, frame + 1)
-            reused.update(now), exact.update(now)
+            reused.scene.update(now), exact.scene.update(now)
         shown = reused.answer(scene.camera, positions=False)
         exact.settle(scene.camera)
         right = exact.answer(scene.camera, positions=False)

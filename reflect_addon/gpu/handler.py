@@ -38,7 +38,7 @@ def draw(context) -> bool:
         renderer = found.current_renderer()
         if renderer is not None and context.region.width > 0 and context.region.height > 0:
             camera = viewport_camera(context.region, context.region_data)
-            behind = background_of(renderer.assets, renderer.snapshot, camera) if found.background else None
+            behind = background_of(renderer.scene.assets, renderer.scene.snapshot, camera) if found.background else None
             renderer.mirrors.viewport = _views_of(found, context)
             own, other = judging.sides_of(found, camera)
             renderer.draw_overlay(camera, DEPTH_BIAS, behind, own)

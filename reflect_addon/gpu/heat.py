@@ -50,7 +50,7 @@ class ViewHeat:
 
     def draw(self, renderer: Renderer, camera: Camera, depth_bias: float, window=None):
         """Inside the view's draw callback, over its picture. window: Renderer.draw_overlay's."""
-        shown = (camera.width, camera.height, camera.clip_from_world().tobytes(), renderer.snapshot, tuple(renderer.assets.values()))
+        shown = (camera.width, camera.height, camera.clip_from_world().tobytes(), renderer.scene.snapshot, tuple(renderer.scene.assets.values()))
         if not _same(shown, self._of):
             self._of, self._since, self._steps, self._texture = shown, monotonic(), None, None
             self.heat, self.settled, self.due = None, False, False
@@ -92,15 +92,15 @@ def _same(a: tuple, b: tuple) -> bool:
 
 def _measuring(renderer: Renderer, camera: Camera) -> Iterator[Heat | None]:
     """heat_of what a renderer shows from here."""
-    snapshot, rays = renderer.snapshot, renderer.coarse_ray_map(camera, STEP)
+    snapshot, rays = renderer.scene.snapshot, renderer.coarse_ray_map(camera, STEP)
     return heat_of(rays, _shown(renderer, rays, snapshot), snapshot.reflectors(), jobs_without_light(snapshot))
 
 
 def _shown(renderer: Renderer, rays: RayMap, snapshot: SceneSnapshot) -> dict[str, Asset]:
     """The assets of the reflectors that are seen, as they have followed what moved."""
     seen = [r for index, r in enumerate(snapshot.reflectors()) if (rays.reflector == index).any()]
-    found = {r.name: asset_of(renderer.assets, r) for r in seen}
-    shown = {id(a): renderer.asset_shown(a) for a in found.values() if is_measured(a)}
+    found = {r.name: asset_of(renderer.scene.assets, r) for r in seen}
+    shown = {id(a): renderer.scene.asset_shown(a) for a in found.values() if is_measured(a)}
     return {name: shown[id(asset)] for name, asset in found.items() if id(asset) in shown}
 
 

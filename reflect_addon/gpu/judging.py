@@ -51,13 +51,13 @@ def draw_over(found: ViewportSession, renderer: Renderer, camera: Camera, depth_
 
 
 def _draw_outlines(found: ViewportSession, renderer: Renderer, camera: Camera, active):
-    reflectors = [r for r in renderer.snapshot.reflectors() if active is not None and r.object_name == active.name]
+    reflectors = [r for r in renderer.scene.snapshot.reflectors() if active is not None and r.object_name == active.name]
     for gone in found.outlines.keys() - {r.name for r in reflectors}:
         del found.outlines[gone]
     for reflector in reflectors:
-        asset = asset_of(renderer.assets, reflector)
+        asset = asset_of(renderer.scene.assets, reflector)
         if asset is not None and hasattr(methods.get(asset.kind), "outlines"):
-            found.outlines.setdefault(reflector.name, OutlineBatch()).draw(renderer.asset_placed(asset), camera)
+            found.outlines.setdefault(reflector.name, OutlineBatch()).draw(renderer.scene.asset_placed(asset), camera)
 
 
 def draw_labels(found: ViewportSession, region):

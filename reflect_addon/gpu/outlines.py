@@ -24,7 +24,7 @@ class OutlineBatch:
         self._middle = np.zeros(3)
 
     def draw(self, asset: Asset, camera: Camera):
-        """Inside the view's draw callback. asset: Renderer.asset_placed's."""
+        """Inside the view's draw callback. asset: SceneOnGpu.asset_placed's."""
         made_of = asset.uniforms, asset.images.get("billboard_buf")
         if any(a is not b for a, b in zip(made_of, self._of, strict=True)):
             self._of = made_of

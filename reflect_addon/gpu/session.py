@@ -109,9 +109,9 @@ class ViewportSession:
                 )
                 self._settings = settings
             else:
-                self._renderer.update(snapshot, self.assets, self.surfaces)
+                self._renderer.scene.update(snapshot, self.assets, self.surfaces)
                 if look is not self._look:
-                    self._renderer.set_look(look)
+                    self._renderer.scene.set_look(look)
             self._look, self._pending = look, None
             self._renderer.prepare(overlay=True)
         return self._renderer

@@ -141,8 +141,8 @@ def test_an_object_moved_in_blender_is_followed(stage, tmp_path, device):
         stage.context.view_layer.update()
         view.set_assets("billboards", assets, surfaces)
         assert view.refresh() and view.current_renderer() is renderer
-        assert renderer.counts()["captures"] == 2 and renderer.followed.stale == ()
-        shown = renderer.asset_shown(assets["Mirror"])
+        assert renderer.counts()["captures"] == 2 and renderer.scene.followed.stale == ()
+        shown = renderer.scene.asset_shown(assets["Mirror"])
     finally:
         view.free()
     after = snapshot(stage)

@@ -66,7 +66,7 @@ def move(name):
         yield from watched(f"{name} step", lambda: setattr(moved, "location", moved.location + moved.dimensions * 0.06))
         last = picture(f"06-{name}-step-{step}")
     renderer = part("gpu.session").session(scene().name).current_renderer()
-    results[f"{name} followed"] = str(renderer.followed)
+    results[f"{name} followed"] = str(renderer.scene.followed)
     results[f"{name} moved"] = changed(before, last)
     assert results[f"{name} moved"] > 0.005 and not state().draw_error(), state().draw_error()
     yield from watched(f"{name} back", lambda: setattr(moved, "location", place))

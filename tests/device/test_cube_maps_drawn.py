@@ -122,7 +122,7 @@ def test_a_frame_makes_as_many_as_it_may_and_rests_again(device, found):
     settle(renderer)
     for step in range(1, 4):
         before = renderer.counts()["faces"]
-        renderer.update(room((0.1 * step, 0, 0)))
+        renderer.scene.update(room((0.1 * step, 0, 0)))
         assert not renderer.settled
         renderer.answer(CAMERA, positions=False)
         assert renderer.counts()["faces"] == before + 6
@@ -135,7 +135,7 @@ def test_what_moved_is_shown_where_it_is(device, found):
     now = room((0.15, 0.1, 0.1))
     moved, fresh = renderer_of(found), renderer_of(found)
     settle(moved)
-    moved.update(now), fresh.update(now)
+    moved.scene.update(now), fresh.scene.update(now)
     settle(moved), settle(fresh)
     for _ in range(2):
         fresh.mirrors.maps.expire()

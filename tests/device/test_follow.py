@@ -69,7 +69,7 @@ def test_a_volume_re_makes_one_quad_a_reflector(shown):
     assert (second["captures"], second["uploads"], second["compiles"], second["allocations"]) == (2, 2, 0, 0)
     assert second["upload_bytes"] == sum(a.images["billboard_buf"].nbytes for a in shown.assets.values())
     assert shown(change(SCENE, "Torus", step(0.3)))["captures"] == 0
-    assert shown.view.current_renderer().followed.stale == ()
+    assert shown.view.current_renderer().scene.followed.stale == ()
 
 
 def test_flat_things_only_move(shown):
@@ -79,20 +79,20 @@ def test_flat_things_only_move(shown):
         assert shown(SCENE)["uploads"] == 2  # and back
     for name, asset in shown.assets.items():
         np.testing.assert_array_equal(
-            shown.view.current_renderer().asset_shown(asset).images["billboard_buf"], asset.images["billboard_buf"], err_msg=name
+            shown.view.current_renderer().scene.asset_shown(asset).images["billboard_buf"], asset.images["billboard_buf"], err_msg=name
         )
 
 
 def test_a_reflector_re_makes_its_volumes(shown):
     """The two volumes and the other mirror; and itself for the other mirror."""
     cost = shown(change(SCENE, "Mirror", step(-0.2, 0.1)))
-    assert cost["captures"] == 3 + 1 and shown.view.current_renderer().followed.stale == ()
+    assert cost["captures"] == 3 + 1 and shown.view.current_renderer().scene.followed.stale == ()
 
 
 def test_what_deforms_is_made_again(shown):
     bent = lambda m: replace(m, positions=m.positions * np.float32([1, 1, 1.3]))  # noqa: E731
     cost = shown(change(SCENE, "Rock", mesh=bent))
-    assert cost["captures"] == 2 and shown.view.current_renderer().followed.stale == ()
+    assert cost["captures"] == 2 and shown.view.current_renderer().scene.followed.stale == ()
 
 
 def test_light_is_no_reason_to_capture(shown):
@@ -106,9 +106,9 @@ def test_without_surfaces_what_moves_is_named(shown, baked, source):
     surfaces = None if source == "none" else replace(baked[1], light_hash="night")
     moved = change(change(SCENE, "Torus", step(0.2)), "Floor", step(0.1))
     cost = shown(moved, source=surfaces)
-    assert (cost["captures"], cost["uploads"]) == (0, 2) and shown.view.current_renderer().followed.stale == ("Torus",)
+    assert (cost["captures"], cost["uploads"]) == (0, 2) and shown.view.current_renderer().scene.followed.stale == ("Torus",)
     cost = shown(moved, source=baked[1])
-    assert cost["captures"] == 2 and shown.view.current_renderer().followed.stale == ()
+    assert cost["captures"] == 2 and shown.view.current_renderer().scene.followed.stale == ()
 
 
 def test_without_surfaces_volumes_go_along(shown):
@@ -119,10 +119,10 @@ def test_without_surfaces_volumes_go_along(shown):
         shown(scene, source=None)
         fresh, rays = bake(scene)[0]["Mirror"], rays_towards(scene, "Mirror", "Torus")
         old = shown.assets["Mirror"]
-        wanted, carried, left = (seen(a, rays).radiance for a in (fresh, shown.view.current_renderer().asset_shown(old), old))
+        wanted, carried, left = (seen(a, rays).radiance for a in (fresh, shown.view.current_renderer().scene.asset_shown(old), old))
         off = [float(np.sqrt(np.mean((a - wanted) ** 2))) for a in (carried, left)]
         assert off[0] < 0.5 * off[1], off
-    assert "Torus" in shown.view.current_renderer().followed.stale
+    assert "Torus" in shown.view.current_renderer().scene.followed.stale
 
 
 def test_assets_without_parts_stay(shown, baked):
@@ -145,11 +145,11 @@ def test_a_thousand_small_steps_add_up_to_none(shown):
     scene = SCENE
     for _ in range(30):
         scene = change(scene, "Crate", turn)
-        renderer.update(scene)
-    one = np.array(renderer.asset_shown(shown.assets["Mirror"]).images["billboard_buf"])
-    renderer.update(SCENE)
-    renderer.update(change(SCENE, "Crate", step(30e-3, 15e-3)))
-    two = renderer.asset_shown(shown.assets["Mirror"]).images["billboard_buf"]
+        renderer.scene.update(scene)
+    one = np.array(renderer.scene.asset_shown(shown.assets["Mirror"]).images["billboard_buf"])
+    renderer.scene.update(SCENE)
+    renderer.scene.update(change(SCENE, "Crate", step(30e-3, 15e-3)))
+    two = renderer.scene.asset_shown(shown.assets["Mirror"]).images["billboard_buf"]
     np.testing.assert_allclose(one, two, rtol=0, atol=2e-6)
 
 
@@ -182,7 +182,7 @@ def test_after_the_move_it_is_as_if_baked_anew(shown, what):
     renderer = shown.view.current_renderer()
     captured = 0
     for reflector, old in shown.assets.items():
-        now = renderer.asset_shown(old)
+        now = renderer.scene.asset_shown(old)
         captured += now.source == "capture"
         rays = rays_at(scene, reflector)
         # What the environment shows is not followed: rays that meet a stand-in are compared.
@@ -197,7 +197,7 @@ def test_after_the_move_it_is_as_if_baked_anew(shown, what):
 def test_what_is_hidden_is_not_seen(shown):
     hidden = replace(SCENE, instances=tuple(i for i in SCENE.instances if i.name != "Rock"))
     assert shown(hidden)["captures"] == 0
-    asset = shown.view.current_renderer().asset_shown(shown.assets["Mirror"])
+    asset = shown.view.current_renderer().scene.asset_shown(shown.assets["Mirror"])
     rays = rays_at(SCENE, "Mirror")
     at_rock = SCENE.named()["Rock"].world_from_object[:3, 3] - rays.origin
     rays = Rays(rays.origin, (at_rock / np.linalg.norm(at_rock, axis=1, keepdims=True)).astype("f"))
@@ -205,7 +205,7 @@ def test_what_is_hidden_is_not_seen(shown):
     meets = lambda a: np.linalg.norm(seen(a, rays).position - center, axis=1) < around  # noqa: E731
     assert meets(shown.assets["Mirror"]).mean() > 0.4 and not meets(asset).any()
     shown(SCENE)
-    again = shown.view.current_renderer().asset_shown(shown.assets["Mirror"])
+    again = shown.view.current_renderer().scene.asset_shown(shown.assets["Mirror"])
     np.testing.assert_array_equal(again.images["billboard_buf"], shown.assets["Mirror"].images["billboard_buf"])
     # A mirror that is hidden for a while follows when it is back.
     alone = replace(SCENE, instances=tuple(i for i in SCENE.instances if i.name != "Mirror"))
@@ -221,6 +221,6 @@ def test_a_window_with_another_subdivision_has_no_deformed_meshes(shown):
                                                  material_index=m.material_index[::2]) for m in SCENE.meshes))  # fmt: skip
     renderer = Renderer(coarse, shown.assets, kernel=lambda kind: methods.get(kind).trace, surfaces=shown.view.surfaces)
     assert renderer.counts()["captures"] == 0
-    renderer.update(change(coarse, "Torus", step(0.2)))
-    assert renderer.counts()["captures"] == 2 and renderer.followed.stale == ()
+    renderer.scene.update(change(coarse, "Torus", step(0.2)))
+    assert renderer.counts()["captures"] == 2 and renderer.scene.followed.stale == ()
     renderer.free()

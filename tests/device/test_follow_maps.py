@@ -74,14 +74,14 @@ def test_what_is_captured_is_what_must_be_made_again(renderer, baked, what):
     scene = CHANGES[what](SCENE)
     wanted = [remake_set(asset, scene) for asset in baked[0].values()]
     before = renderer.counts()
-    renderer.update(scene)
-    found = renderer.followed
+    renderer.scene.update(scene)
+    found = renderer.scene.followed
     assert renderer.counts()["compiles"] == before["compiles"], "all was compiled when the assets were loaded"
     assert renderer.counts()["captures"] - before["captures"] == found.remade == sum(len(w.remade) for w in wanted)
     assert (found.moved, found.stale) == (sum(len(w.moved) for w in wanted), ())
     assert found.remade == 0 if what == "a volume moves" else found.remade > 0
-    renderer.update(scene)
-    assert renderer.followed.remade == 0
+    renderer.scene.update(scene)
+    assert renderer.scene.followed.remade == 0
 
 
 def views_of(asset):
@@ -107,8 +107,8 @@ def test_then_it_is_as_if_baked_anew(renderer, baked, what):
     """Rays near what changed see what they see in a bake of the changed scene with maps from the same places; the old asset
     showed something else."""
     scene = CHANGES[what](SCENE)
-    renderer.update(scene)
-    followed = {name: renderer.asset_shown(old) for name, old in baked[0].items()}
+    renderer.scene.update(scene)
+    followed = {name: renderer.scene.asset_shown(old) for name, old in baked[0].items()}
     # A bake would choose other places for its maps, of which this is no test.
     method = SimpleNamespace(bake=partial(depth_maps.bake, choose=lambda job, volumes: views_of(followed[job.reflector.name])))
     deformed = {"a volume deforms": "Rock", "a mirror deforms": "Second", "all at once": "Rock"}.get(what)
@@ -130,13 +130,13 @@ def test_then_it_is_as_if_baked_anew(renderer, baked, what):
 def test_hits_lie_on_the_deformed_surface(renderer, baked, what):
     """Against Embree: rays towards the thing that deformed, where its maps are met."""
     scene = CHANGES[what](SCENE)
-    renderer.update(scene)
+    renderer.scene.update(scene)
     name = "Rock" if what == "a volume deforms" else "Torus"
     mesh = world_mesh(scene, scene.named()[name])
     rays = rays_towards(scene, "Mirror", name)
     _, distance = first_hits(mesh, rays.origin, rays.direction)
     truth = rays.origin + rays.direction * np.where(np.isfinite(distance), distance, 0)[:, None]
-    found = seen(renderer.asset_shown(baked[0]["Mirror"]), rays)
+    found = seen(renderer.scene.asset_shown(baked[0]["Mirror"]), rays)
     near = np.linalg.norm(found.position - mesh.bounds.mean(0), axis=1) < np.linalg.norm(np.ptp(mesh.bounds, axis=0))
     both = np.isfinite(distance) & (found.status == spaces.STATUS_HIT) & near
     assert both.sum() > 500
@@ -147,8 +147,8 @@ def test_hits_lie_on_the_deformed_surface(renderer, baked, what):
 def test_the_tables_are_the_references(renderer, baked):
     """Depths, rows and corners of a re-made map are what NumPy makes of one and the same picture."""
     scene = CHANGES["a volume deforms"](SCENE)
-    renderer.update(scene)
-    asset = renderer.asset_shown(baked[0]["Mirror"])
+    renderer.scene.update(scene)
+    asset = renderer.scene.asset_shown(baked[0]["Mirror"])
     n, m = MAPS["turns"], MAPS["points"]
     rows = [asset.images["billboard_buf"][p.row] for p in asset.parts if p.instance == "Rock"]
     assert rows
@@ -167,16 +167,16 @@ def test_the_tables_are_the_references(renderer, baked):
 
 def test_without_surfaces_maps_still_move(renderer, baked):
     """What a motion alone asks for needs no capture; what deforms, and mirrors that move, are named."""
-    renderer.update(CHANGES["a volume moves"](SCENE), baked[0], None)
-    assert (renderer.followed.remade, renderer.followed.stale) == (0, ()) and renderer.followed.moved > 0
-    renderer.update(change(CHANGES["a volume deforms"](SCENE), "Second", step(0.1)), baked[0], None)
-    assert renderer.followed.remade == 0 and set(renderer.followed.stale) == {"Rock", "Second"}
+    renderer.scene.update(CHANGES["a volume moves"](SCENE), baked[0], None)
+    assert (renderer.scene.followed.remade, renderer.scene.followed.stale) == (0, ()) and renderer.scene.followed.moved > 0
+    renderer.scene.update(change(CHANGES["a volume deforms"](SCENE), "Second", step(0.1)), baked[0], None)
+    assert renderer.scene.followed.remade == 0 and set(renderer.scene.followed.stale) == {"Rock", "Second"}
 
 
 def test_mirrors_have_normals_again(renderer, baked):
     """Of both mirrors, for each other: normals of unit length where something is seen, towards who looks."""
-    renderer.update(change(SCENE, "Second", step(0.2, 0.1)))
-    asset = renderer.asset_shown(baked[0]["Mirror"])
+    renderer.scene.update(change(SCENE, "Second", step(0.2, 0.1)))
+    asset = renderer.scene.asset_shown(baked[0]["Mirror"])
     row = next(asset.images["billboard_buf"][p.row] for p in asset.parts if p.instance == MIRRORS[1])
     w, (x, y) = int(row[ROW["place"], 2]), row[ROW["normals"], :2].astype(int)
     block = asset.images["normal_tx"][y : y + w, x : x + w].astype("f")

@@ -132,8 +132,8 @@ def test_scenes_without_glass_pay_nothing(device):
         after = renderer.counts()
         assert all(after[name] == before[name] for name in ("uploads", "compiles", "allocations"))
         made.append((after["passes"] - before["passes"], renderer.bytes()))
-    assert not opaque._answers.has_glass and not opaque._answers._bodies._made and not opaque._resolve.plan.glass
-    assert not any("through" in vars(target) for target in opaque._targets.values())
-    assert not any("through_tx" in text for _, text in opaque._resolve._shared()[0])
-    assert clear._resolve.plan.glass and made[1][0] > made[0][0] and made[1][1] > made[0][1]
+    assert not opaque._answers.has_glass and not opaque._answers._bodies._made and not opaque.scene.resolve.plan.glass
+    assert not any("through" in vars(target) for target in opaque._passes._targets.values())
+    assert not any("through_tx" in text for _, text in opaque.scene.resolve._shared()[0])
+    assert clear.scene.resolve.plan.glass and made[1][0] > made[0][0] and made[1][1] > made[0][1]
     opaque.free(), clear.free()

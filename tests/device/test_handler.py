@@ -89,13 +89,13 @@ def test_state_is_left_as_found(drawn, fails, monkeypatch):
     drawn.view.refresh()
     state = drawn.gpu.state
     if fails:
-        from reflect_addon.gpu import renderer
+        from reflect_addon.gpu import scene_on_gpu
 
         def broken(*_args, **_kwargs):
             raise RuntimeError("broken on purpose")
 
-        monkeypatch.setattr(renderer.RayMapPass, "draw_sections", broken)
-        monkeypatch.setattr(renderer.RayMapPass, "draw", broken)
+        monkeypatch.setattr(scene_on_gpu.RayMapPass, "draw_sections", broken)
+        monkeypatch.setattr(scene_on_gpu.RayMapPass, "draw", broken)
     screen = drawn.gpu.types.GPUOffScreen(32, 16, format="RGBA16F")
     try:
         with screen.bind():

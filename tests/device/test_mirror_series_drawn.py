@@ -51,7 +51,7 @@ def test_the_last_level_does_not_show(facing):
 @pytest.mark.parametrize("camera", [CAMERA, hand_scenes.camera((1.2, -1.0, 1.3), (-1.5, 0.2, 0.7), (96, 72), fov=1.4)], ids=["near", "wide"])
 def test_a_series_is_what_rays_find(facing, camera):
     """Embree follows 20 reflections; energy included, since each pixel is its own path's."""
-    seen = Seen(facing[3], facing[3].snapshot, camera, bounces=20)
+    seen = Seen(facing[3], facing[3].scene.snapshot, camera, bounces=20)
     assert np.mean(seen.error > 10 * tolerances.RECURSIVE_RADIANCE) < tolerances.RECURSIVE_EDGE
     assert seen.radiance.mean() < (1 + tolerances.RECURSIVE_RADIANCE) * seen.truth.radiance.mean()
 

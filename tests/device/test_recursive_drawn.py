@@ -179,7 +179,7 @@ def test_what_moves_needs_no_bake(drawn, rng):
     instances = tuple(replace(i, world_from_object=moves.get(i.name, np.eye(4)) @ i.world_from_object) for i in SCENE.instances)
     scene = replace(SCENE, instances=instances)
     before = drawn.counts()
-    drawn.update(scene)
+    drawn.scene.update(scene)
     drawn.picture(CAMERA)
     after = drawn.counts()
     assert all(after[name] == before[name] for name in ("uploads", "compiles"))
@@ -196,9 +196,9 @@ def test_planes_are_looked_for_when_a_reflector_moves(drawn, monkeypatch):
     shift[0, 3] = 0.1
     for name, times in (("Torus", 0), ("Mirror", 1)):
         moved = tuple(replace(i, world_from_object=shift @ i.world_from_object) if i.name == name else i for i in SCENE.instances)
-        drawn.update(replace(SCENE, instances=moved))
+        drawn.scene.update(replace(SCENE, instances=moved))
         assert len(looked) == times
-    Seen(drawn, drawn.snapshot).check()
+    Seen(drawn, drawn.scene.snapshot).check()
 
 
 def test_a_curved_mirror_in_a_planar_one_is_answered_by_its_own_kernel(device):
@@ -321,7 +321,7 @@ def test_what_gathers_is_as_it_was(drawn):
     """A renderer without surfaces draws no view, and answers as distance maps do."""
     from reflect_addon.gpu.renderer import Renderer
 
-    plain = Renderer(SCENE, drawn.assets)
+    plain = Renderer(SCENE, drawn.scene.assets)
     assert plain.mirrored_views is None and set(np.unique(plain.answer(CAMERA).status)) <= {0.0, STATUS_FELL_BACK}
     plain.free()
 

@@ -57,7 +57,7 @@ def test_an_answer_is_the_kernel_on_the_ray_map(make):
     for index, name in enumerate(rays.reflector_names):
         mask = rays.reflector == index
         assert mask.sum() > 100
-        asset = renderer.assets[name]
+        asset = renderer.scene.assets[name]
         wanted = run_numpy(
             record(scenes.sky_kernel, asset), asset, Rays(rays.origin[mask], rays.direction[mask])
         )
@@ -144,19 +144,19 @@ def test_attenuation_and_its_absence(make):
     assert np.allclose(second[..., :3], first[..., :3] / 2, atol=1e-4)
     sources = []
     for renderer in (plain, faded):
-        assert isinstance(renderer._resolve, Resolve)
-        sources.append(repr(renderer._resolve._composite_info("linear", "")))
+        assert isinstance(renderer.scene.resolve, Resolve)
+        sources.append(repr(renderer.scene.resolve._composite_info("linear", "")))
     assert "distance_tx" not in sources[0] and "attenuation_at" not in sources[0]
     assert "distance_tx" in sources[1]
-    assert "position" not in plain.shader_source(plain.assets[""])
+    assert "position" not in plain.shader_source(plain.scene.assets[""])
 
 
 def test_a_plan_without_metal_has_no_metal(make):
     metal = make(scenes.snapshot(("a", scenes.sphere_mesh(), scenes.placed(), GOLD)), {})
     plastic = make(scenes.snapshot(("a", scenes.sphere_mesh(), scenes.placed(), PLASTIC)), {})
-    assert "F82" in repr(metal._resolve._composite_info("linear", ""))
-    assert "F82" not in repr(plastic._resolve._composite_info("linear", ""))
-    assert "Fresnel" not in repr(metal._resolve._composite_info("linear", ""))
+    assert "F82" in repr(metal.scene.resolve._composite_info("linear", ""))
+    assert "F82" not in repr(plastic.scene.resolve._composite_info("linear", ""))
+    assert "Fresnel" not in repr(metal.scene.resolve._composite_info("linear", ""))
 
 
 def test_look_on_the_gpu_equals_numpy(make, rng):
@@ -166,7 +166,7 @@ def test_look_on_the_gpu_equals_numpy(make, rng):
     renderer = make(two_balls(), {})
     background = (rng.random((64, 96, 3)) * np.exp2(rng.uniform(-6, 5, (64, 96, 1)))).astype(np.float32)
     for look in (Look(1.0, table, ("odd",)), Look(-1.0), Look(0.0, table, ("odd",))):
-        renderer.set_look(look)
+        renderer.scene.set_look(look)
         picture = renderer.picture(CAMERA, background, "display")[..., :3]
         assert np.abs(picture - look.apply(background)).max() < tolerances.LOOK_GPU
     assert TABLE_SIDE == table.shape[0]
@@ -180,15 +180,15 @@ def test_update_uploads_only_what_changed(make):
     renderer.picture(CAMERA)
     before = renderer.counts()
     nothing = {"meshes": 0, "dropped": 0, "materials": False, "assets": False}
-    assert renderer.update(replace(snapshot, frame=2)) == nothing
+    assert renderer.scene.update(replace(snapshot, frame=2)) == nothing
     moved = replace(snapshot.instances[0], world_from_object=scenes.placed((-1.0, 0, 0.2)))
-    assert renderer.update(replace(snapshot, instances=(moved, *snapshot.instances[1:]))) == nothing
+    assert renderer.scene.update(replace(snapshot, instances=(moved, *snapshot.instances[1:]))) == nothing
     renderer.picture(CAMERA)
     after = renderer.counts()
     assert (after["uploads"], after["compiles"]) == (before["uploads"], before["compiles"])
-    assert renderer.update(two_balls(GOLD))["materials"]
+    assert renderer.scene.update(two_balls(GOLD))["materials"]
     cube = scenes.snapshot(("cube", scenes.cube_mesh(), scenes.placed(), scenes.MIRROR))
-    assert renderer.update(cube)["meshes"] == 1
+    assert renderer.scene.update(cube)["meshes"] == 1
     assert renderer.ray_map(CAMERA).reflector_names == ("cube",)
 
 

@@ -77,7 +77,7 @@ def right(renderer, camera, colors=COLORS):
     """Of the pixels that show a thing in a mirror, or in a mirror there, the share that has its colour."""
     answer, ray_map = renderer.answer(camera, positions=False), renderer.ray_map(camera)
     mask, same = ray_map.covered(), []
-    for level, names in enumerate(things_met(renderer.snapshot, ray_map)):
+    for level, names in enumerate(things_met(renderer.scene.snapshot, ray_map)):
         for name in ("Torus", "Rock", "Floor"):
             seen = answer.radiance[mask][names == name]
             # A mirror in a mirror takes some of the light: the colour's hue is compared.

@@ -192,7 +192,7 @@ def test_what_moves_needs_no_tables(drawn, rng, name):
     about = {"Torus": np.array([1.0, 0.9, 0.5]), "Mirror": np.array([0, 0, 0.5])}[name]
     scene = moved(SCENE, name, rigid(rng, about, np.array([0.1, -0.2, 0.15])))
     before = drawn.counts()
-    drawn.update(scene)
+    drawn.scene.update(scene)
     drawn.picture(CAMERA)
     after = drawn.counts()
     assert after["uploads"] - before["uploads"] <= 1 and after["compiles"] == before["compiles"]

@@ -117,7 +117,7 @@ def test_what_moves_needs_no_bake(drawn, rng, name):
     about = {"Torus": np.array([1.0, 0.9, 0.5]), "Mirror": np.array([0, 0, 0.5])}[name]
     scene = moved(SCENE, name, rigid(rng, about, np.array([0.1, -0.2, 0.15])))
     before = drawn.counts()
-    drawn.update(scene)
+    drawn.scene.update(scene)
     drawn.picture(CAMERA)
     after = drawn.counts()
     assert after["uploads"] - before["uploads"] <= 1 and after["compiles"] == before["compiles"]
@@ -126,7 +126,7 @@ def test_what_moves_needs_no_bake(drawn, rng, name):
 
 def test_what_is_gone_is_not_drawn(drawn):
     scene = replace(SCENE, instances=tuple(i for i in SCENE.instances if i.name != "Torus"))
-    drawn.update(scene)
+    drawn.scene.update(scene)
     Seen(drawn, scene).check()
 
 
