@@ -51,19 +51,19 @@ class Keeper:
                 return None
             self.spent += now - self.began
             if isinstance(self.worker.state.error, Cancelled):  # by hand, unless the scene changed as well
-                self.tried |= set(state.refreshes)
+                self.tried |= set(state.compared.refreshes)
             self.worker = None
         if content != self.content:
             self.content, self.tried, self.spent = content, set(), 0.0
         if policy == "NEVER" or bake.running() is not None or now - state.settled < QUIET[policy]:
             return None
-        left = [one for name, one in state.refreshes.items() if name not in self.tried]
+        left = [one for name, one in state.compared.refreshes.items() if name not in self.tried]
         if left and (scene.reflect.method == methods.AUTO or any(reflector == "" for _, reflector in state.assets)):  # one plan or asset is for all
             left = [Refresh("", (), sum(one.seconds for one in left), max(one.error for one in left))]
         one = next_one(left, policy, scene.reflect.refresh_seconds, self.spent)
         if one is None:
             return None
-        self.tried |= {one.reflector} if one.reflector else set(state.refreshes)
+        self.tried |= {one.reflector} if one.reflector else set(state.compared.refreshes)
         return one.reflector
 
     def bake(self, scene: bpy.types.Scene, name: str, now: float) -> None:

@@ -7,7 +7,6 @@ milliseconds to seconds, so the waiting time grows with what the last reading to
 
 import time
 from collections.abc import Callable
-from functools import cache, partial
 from pathlib import Path
 
 import bpy
@@ -15,16 +14,14 @@ import bpy
 from ..core import methods
 from ..core.asset import Asset
 from ..core.asset_places import asset_name, scene_folder
-from ..core.drawn_settings import drawn_with
 from ..core.errors import ReflectError
-from ..core.focus import refocused
-from ..core.refresh import Refresh, balls_of
+from ..core.refresh import balls_of
 from ..core.snapshot import SceneSnapshot
-from .freshness import items_now, refresh_of, remark, remembering
-from .load import answering, draws_surfaces
+from .compared import Compared, compare
+from .freshness import items_now, remembering
+from .joined import Joined
 from .loaded import Loaded, load
 from .places import adopt_unsaved, assets_of, user_folder
-from .properties import by_hand
 from .snapshot import take_snapshot
 from .wipe import Wipe, baked_methods
 
@@ -43,29 +40,30 @@ class Live:
         self.snapshot: SceneSnapshot | None = None
         self.changed = True  # the scene differs from the snapshot, as far as is known
         self.read_seconds = 0.0
-        self.loaded = Loaded()
         self.folder: Path | None = None  # of the scene's assets
         self.baked: tuple[str, ...] = ()  # methods that have assets there
         self.wipe: Wipe | None = None  # another method beside the scene's own
-        self._joined: dict[tuple[int, ...], Asset | None] = {}
-        self._asked: dict[str, object] = {}  # settings of the scene's method and those it requires, as they are now
-        self._focused: tuple[tuple, dict[str, Asset]] = ((), {})  # what `shown` was asked and answered last
         self._seen: dict[str, Asset] = {}  # asset's inputs hash -> the asset as if it were made of what the window saw when its bake started
         self.settled = 0.0  # time.monotonic() of the last reading that found other content than the one before
-        self.problems: tuple[str, ...] = ()  # assets that could not be loaded
-        self.refreshes: dict[str, Refresh] = {}  # by name, reflectors whose assets were baked from another state of the scene
-        self.remarks: dict[str, str] = {}  # reflector -> why its asset no longer serves it where it is, as a sentence
-        self.other_settings: tuple[str, ...] = ()  # reflectors whose assets were baked with others than are set now
-        self.missing: tuple[str, ...] = ()  # reflectors without assets
+        self.compared = Compared()
+        self._take(Loaded())
         self.bake_error = ""
         self.read_error = ""
         self.draw_error: Callable[[], str] = str  # why the viewport stopped drawing, "" while all is well
         self.heat_of: Callable[[int], object | None] = lambda region: None  # the map of errors (gpu/heat.py) of a 3D view, by its region's address
 
+    def _take(self, loaded: Loaded) -> None:
+        self.loaded = loaded
+        self.problems: tuple[str, ...] = loaded.problems  # assets that could not be loaded, or joined
+        self._joined = Joined(loaded, self._problem)
+
+    def _problem(self, sentence: str) -> None:
+        self.problems += (sentence,)
+
     @property
     def stale(self) -> tuple[str, ...]:
         """Reflectors whose assets were baked from another state of the scene."""
-        return tuple(self.refreshes)
+        return tuple(self.compared.refreshes)
 
     def has_nothing_to_bake(self) -> bool:
         """Known to have no reflector; False while nothing is known."""
@@ -96,9 +94,8 @@ class Live:
 
     def reload(self, scene: bpy.types.Scene) -> None:
         """Loads the assets of the scene's method again; reads the scene when that was never done."""
-        self._joined, self._focused, self.folder = {}, ((), {}), assets_of(scene)
-        self.loaded = load(scene.reflect.method, self.folder) if is_on(scene) else Loaded(scene.reflect.method)
-        self.problems = self.loaded.problems
+        self.folder = assets_of(scene)
+        self._take(load(scene.reflect.method, self.folder) if is_on(scene) else Loaded(scene.reflect.method))
         self.baked = tuple(baked_methods(self.folder))
         if not is_on(scene):
             self.wipe = None
@@ -139,27 +136,10 @@ class Live:
 
     def _compare(self, scene: bpy.types.Scene) -> None:
         """Which reflectors have no assets, or old ones."""
-        self.missing = self.other_settings = ()
-        self.remarks, self.refreshes = {}, {}
-        self._asked = asked = scene.reflect.bake_settings() if is_on(scene) else {}
-        self._joined = {key: asset and drawn_with(asset, asked) for key, asset in self._joined.items()}
-        if self.snapshot is None or not is_on(scene):
-            return
-        missing, other, balls = [], [], cache(partial(balls_of, self.snapshot))
-        chosen = by_hand(scene, self.snapshot.reflectors())
-        for reflector in self.snapshot.reflectors():
-            kinds = self.loaded.kinds(reflector.name)
-            found = [self.asset(kind, reflector.name) for kind in kinds]
-            if not found or None in found or (self.surfaces is None and any(map(draws_surfaces, kinds))):
-                missing.append(reflector.name)
-                continue
-            if said := " ".join(filter(None, (remark(asset, self.snapshot, reflector) for asset in found))):
-                self.remarks[reflector.name] = said
-            if refresh := refresh_of(self.snapshot, reflector, [self._as_seen(asset) for asset in found], balls):
-                self.refreshes[reflector.name] = refresh
-            if not self.loaded.is_as_asked(reflector.name, found, asked, chosen.get(reflector.object_name)):
-                other.append(reflector.name)
-        self.missing, self.other_settings = tuple(missing), tuple(other)
+        on = is_on(scene)
+        self._joined.ask(scene.reflect.bake_settings() if on else {})
+        known = on and self.snapshot is not None
+        self.compared = compare(scene, self.snapshot, self.loaded, self._joined.asked, self._as_seen) if known else Compared()
 
     def _as_seen(self, asset: Asset) -> Asset:
         """A bake reads the scene as renders see it, the window as viewports do (other subdivision levels, say): what
@@ -183,41 +163,12 @@ class Live:
         self._compare(scene)
 
     def joined(self) -> dict[str, Asset]:
-        """Per reflector the method's asset with what it requires; without those that are not baked."""
-        if self.snapshot is None or self.method in ("", "OFF"):
-            return {}
-        found = {}
-        for reflector in self.snapshot.reflectors():
-            assets = [self.asset(kind, reflector.name) for kind in self.loaded.kinds(reflector.name)]
-            if not assets or None in assets:
-                continue
-            beside = (self.asset(kind, reflector.name) for kind in methods.companions(self.method, self._asked))
-            assets = [*[asset for asset in beside if asset is not None][:1], *assets]
-            if (asset := self._join(assets)) is not None:
-                found[reflector.name] = asset
-        return found
+        """Per reflector the method's asset with what it requires; without those that are not baked. The same objects while nothing changes."""
+        return {} if self.snapshot is None else self._joined.of(self.snapshot.reflectors())
 
     def shown(self, focus_distance: float) -> dict[str, Asset]:
-        """`joined`, focused on a distance (core/focus.py); the same objects for the same question."""
-        joined = self.joined()
-        asked = (focus_distance, *((name, id(asset)) for name, asset in joined.items()))
-        if self._focused[0] != asked:
-            self._focused = asked, refocused(joined, focus_distance)
-        return self._focused[1]
-
-    def _join(self, assets: list[Asset]) -> Asset | None:
-        """The last asset with the others; the same object for the same assets, so that nothing is uploaded twice. None,
-        and one more problem, where they lack what the method's kernel asks for."""
-        key = tuple(id(asset) for asset in assets)
-        if key not in self._joined:
-            own = assets[-1]
-            try:
-                joined = answering(own, assets[:-1], self.loaded.folder / asset_name(own.kind, own.reflector))
-                self._joined[key] = drawn_with(joined, self._asked)
-            except ReflectError as error:
-                self._joined[key] = None
-                self.problems += (str(error),)
-        return self._joined[key]
+        """`joined`, focused on a distance (core/focus.py)."""
+        return {} if self.snapshot is None else self._joined.focused(self.snapshot.reflectors(), focus_distance)
 
     def asset(self, kind: str, reflector: str) -> Asset | None:
         """The asset for a reflector: its own, or the one of all reflectors."""

@@ -3,18 +3,15 @@
 import bpy
 
 from ..core import methods
-from ..core.background import background_of, can_show, why_none
+from ..core.background import can_show
 from ..core.focus import can_focus
 from ..core.settings import of as setting_of
 from ..ops import bake
 from ..scene import live
-from ..scene.camera import viewport_camera
-from ..scene.native_materials import has_native
-from . import mirror_source
+from . import messages, mirror_source
 from .map_preview import icon_of
 
 LISTED = 12  # reflectors named in the panel; a scene may have thousands
-EXPLAINED = 3  # of those that are old, why and what a bake takes; the ones that are wrong most
 
 
 class Tab:
@@ -47,7 +44,7 @@ class REFLECT_PT_main(Tab, bpy.types.Panel):
             if message:
                 sentence(layout, context, message, "ERROR")
         if live.is_on(scene):
-            for message in _warnings(context, state):
+            for message in messages.of_picture(context, state):
                 sentence(layout, context, message, "INFO")
 
 
@@ -172,7 +169,7 @@ def _fields(layout, settings, advanced: bool):
 def _bake_row(layout, state):
     worker = bake.running()
     if worker is None:
-        text = "Bake Again" if state.stale or state.other_settings else "Bake"
+        text = "Bake Again" if state.stale or state.compared.other_settings else "Bake"
         layout.operator("reflect.bake", text=text, icon="RENDER_STILL")
         return
     progress = worker.state
@@ -181,48 +178,8 @@ def _bake_row(layout, state):
     row.operator("reflect.cancel", text="", icon="CANCEL")
 
 
-def _warnings(context, state):
-    """What the user should know about the picture that is shown now."""
-    if state.missing:
-        yield f"Not baked yet: {_names(state.missing)}. Press Bake."
-    yield from dict.fromkeys(state.remarks.values())
-    changed = [one for one in state.refreshes.values() if one.reflector not in state.remarks]
-    if changed:
-        yield f"The scene changed since the bake of {_names([one.reflector for one in changed])}. Bake again to bring it up to date."
-    yield from (one.sentence() for one in sorted(changed, key=lambda one: -one.error)[:EXPLAINED])
-    if state.other_settings:
-        yield f"{_names(state.other_settings)} was baked with other settings than these. Bake again to use these."
-    yield from _without_background(context, state)
-    yield from mirror_source.warnings(context)
-    yield from _drawn_by_eevee(context.space_data, has_native(context.scene.objects))
-
-
-def _drawn_by_eevee(space, in_materials):
-    """What to know of overlays where EEVEE draws the view. in_materials: whether materials show the reflections by themselves."""
-    if space.shading.type not in {"MATERIAL", "RENDERED"}:
-        return
-    if in_materials and space.overlay.show_overlays:
-        yield "Drawn over what the materials show. Method Off or overlays off shows the materials alone."
-    elif not in_materials and not space.overlay.show_overlays:
-        yield "Overlays are off: EEVEE then keeps no depth and reflections cannot be drawn. Switch overlays on."
-
-
-def _without_background(context, state):
-    """Why the background that was asked for is not drawn in this view."""
-    settings, shown = context.scene.reflect, state.joined()
-    if settings.background and can_show(settings.method) and shown:
-        region = next(r for r in context.area.regions if r.type == "WINDOW")
-        camera = viewport_camera(region, context.space_data.region_3d)
-        if background_of(shown, state.snapshot, camera) is None:
-            yield " ".join(why_none(settings.method, camera))
-
-
-def _names(names):
-    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-
-
 def _icon(state, name):
-    return "ERROR" if name in state.missing else "FILE_REFRESH" if name in (*state.stale, *state.other_settings) else "CHECKMARK"
+    return "ERROR" if name in state.compared.missing else "FILE_REFRESH" if name in (*state.stale, *state.compared.other_settings) else "CHECKMARK"
 
 
 def _reason(snapshot, reflector):

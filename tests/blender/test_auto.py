@@ -269,17 +269,17 @@ def test_the_sidebar_shows_the_plan_and_is_overruled(sidebar):
     assert "Near: " in text and "Far: " in text and "the camera sees" in text and "reflect_stand_in" not in text and not state.problems
     shown = state.joined()
     assert {name: asset.kind for name, asset in shown.items()} == {row.reflector: row.method for row in state.loaded.plan.rows}
-    assert not (state.missing or state.stale or state.other_settings)
+    assert not (state.compared.missing or state.stale or state.compared.other_settings)
     sidebar.objects["Far"].reflect_stand_in = "light_field"
-    assert state.other_settings == ("Far",)
+    assert state.compared.other_settings == ("Far",)
     sidebar.objects["Far"].reflect_stand_in, sidebar.reflect.auto.tolerance = "AUTO", 2.0
-    assert state.other_settings == ("Near", "Far")
+    assert state.compared.other_settings == ("Near", "Far")
     sidebar.reflect.auto.tolerance = 1.0
-    assert not state.other_settings
+    assert not state.compared.other_settings
     assert bpy.ops.reflect.plan_lock(reflector="Far") == {"FINISHED"} and sidebar.objects["Far"].reflect_stand_in == "KEPT"
-    assert not state.other_settings
+    assert not state.compared.other_settings
     sidebar.reflect.auto.tolerance = 2.0
-    assert state.other_settings == ("Near",), "what is locked needs no bake for another goal"
+    assert state.compared.other_settings == ("Near",), "what is locked needs no bake for another goal"
     sidebar.reflect.auto.tolerance = 1.0
     assert bpy.ops.reflect.plan_lock(reflector="Far") == {"FINISHED"} and sidebar.objects["Far"].reflect_stand_in == "AUTO"
     assert bpy.ops.reflect.plan_lock(reflector="nobody") == {"CANCELLED"}

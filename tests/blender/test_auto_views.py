@@ -131,15 +131,15 @@ def test_the_window_has_the_view_beside_what_gathers(dressing_room):
             bake_auto(scene, snapshot, assets_of(scene), settings={**COARSE, "tolerance": 0.2}, progress=silent)
         scene.reflect.auto.tolerance = 0.2
         state.reload(scene)
-        assert not state.problems and not state.missing and not state.stale and state.surfaces is not None
+        assert not state.problems and not state.compared.missing and not state.stale and state.surfaces is not None
         assert state.joined()["Floor mirror"].kind == "recursive" and state.joined()["Ball"].kind in methods.gathering()
         assert "Floor mirror: " in drawn() and "Recursive Mirrors" in drawn()
         scene.reflect.auto.mirrored_views = False
-        assert set(state.other_settings) == {"Floor mirror", "Ball"}, "asked for otherwise: another plan"
+        assert set(state.compared.other_settings) == {"Floor mirror", "Ball"}, "asked for otherwise: another plan"
         scene.reflect.auto.mirrored_views = True
-        assert not state.other_settings
+        assert not state.compared.other_settings
         shutil.rmtree(state.loaded.folder / asset_name(surface_asset.KIND, ""))
         state.reload(scene)
-        assert state.missing == ("Floor mirror",)
+        assert state.compared.missing == ("Floor mirror",)
     finally:
         reflect_addon.unregister()

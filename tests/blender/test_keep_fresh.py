@@ -76,7 +76,7 @@ def test_a_window_does_not_call_old_what_renders_do_not_show(stage, keeper):
     assert live.of(stage).stale == () and "changed since the bake" not in drawn()
     bpy.data.objects["Ghost"].hide_render = False
     move("Ghost", 0.2, 0.5, 0.6)
-    assert [one.reasons for one in live.of(stage).refreshes.values()] == [("Ghost is new",)] * 2
+    assert [one.reasons for one in live.of(stage).compared.refreshes.values()] == [("Ghost is new",)] * 2
 
 
 def test_by_hand_means_by_hand(stage, keeper):

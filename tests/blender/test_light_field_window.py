@@ -45,7 +45,7 @@ def move(obj, x):
 def test_a_reflector_moves_in_its_cell_and_is_told_when_it_leaves(baked):
     assert live_state().stale == ()
     move(baked, 0.9)
-    assert (live_state().stale, live_state().remarks) == ((), {}), "in its cell: nothing is stale"
+    assert (live_state().stale, live_state().compared.remarks) == ((), {}), "in its cell: nothing is stale"
     move(baked, 1.5)
     assert live_state().stale == ("Ball",)
     text = drawn()
@@ -67,7 +67,7 @@ def test_the_scenes_camera_that_leaves_is_told_of(baked):
     scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(scene.camera)
     move(scene.camera, 1.8)
-    assert live_state().remarks == {}
+    assert live_state().compared.remarks == {}
     move(scene.camera, 2.5)
     assert "The camera has left" in drawn()
 

@@ -109,19 +109,19 @@ def test_a_bake_loads_what_it_made(ball, monkeypatch, tmp_path):
         monkeypatch,
         f"import shutil; shutil.copytree({str(source)!r}, {str(folder)!r}); print(json.dumps({{'done': [{str(folder)!r}]}}))",
     )
-    assert live_state().missing == ("Ball",)
+    assert live_state().compared.missing == ("Ball",)
     assert bpy.ops.reflect.bake() == {"FINISHED"}
     scene, methods, objects, settings, *_ = seen[0]
     assert (scene, methods, objects) == (bpy.context.scene, ["environment"], [])
     assert "resolution" in " ".join(settings)
     state = live_state()
     assert list(state.assets) == [("environment", "Ball")] and state.bytes() == 4 * 4 * 8
-    assert (state.missing, state.stale) == ((), ()), "what was just baked is fresh"
+    assert (state.compared.missing, state.stale) == ((), ()), "what was just baked is fresh"
     bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))
     bpy.ops.reflect.refresh()
     assert live_state().stale == ("Ball",)
     assert bpy.ops.reflect.delete_assets() == {"FINISHED"}
-    assert not folder.exists() and live_state().missing == ("Ball",)
+    assert not folder.exists() and live_state().compared.missing == ("Ball",)
 
 
 def test_a_real_bake(registered, tmp_path):
@@ -139,7 +139,7 @@ def test_a_real_bake(registered, tmp_path):
     assert bpy.ops.reflect.bake() == {"FINISHED"}
     state = live_state()
     assert set(state.assets) == {("environment", "Sphere"), ("sphere_proxy", "Sphere")}
-    assert (state.stale, state.missing, state.problems) == ((), (), ())
+    assert (state.stale, state.compared.missing, state.problems) == ((), (), ())
     assert state.assets["environment", "Sphere"].settings["resolution"] == 16
     assert list(state.joined()) == ["Sphere"] and "sphere_radius" in state.joined()["Sphere"].uniforms
     assert not list((tmp_path / "reflect").rglob(".*")), "a lock or a temporary folder stayed"
@@ -161,15 +161,15 @@ def test_what_decides_only_what_is_drawn_makes_nothing_old(ball, monkeypatch):
         group.resolution, group.samples = "16", 1
     bake_assets(state.snapshot, ["recursive"], assets_of(bpy.context.scene), settings={**settings.bake_settings(), "surface_samples": 1})
     bpy.ops.reflect.refresh()
-    assert (state.missing, state.stale, state.other_settings, state.problems) == ((), (), (), ())
+    assert (state.compared.missing, state.stale, state.compared.other_settings, state.problems) == ((), (), (), ())
     before = state.joined()["Ball"]
     settings.recursive.depth, settings.recursive.cull_scissor = 5, False
     after = state.joined()["Ball"]
-    assert (state.stale, state.other_settings) == ((), ()) and after.images is before.images
+    assert (state.stale, state.compared.other_settings) == ((), ()) and after.images is before.images
     assert (after.settings["depth"], after.settings["cull_scissor"]) == (5, False) and shown[-1]["Ball"] is after
     count = len(shown)
     settings.recursive.samples = 2
-    assert state.other_settings == ("Ball",) and len(shown) == count and state.joined()["Ball"] is after
+    assert state.compared.other_settings == ("Ball",) and len(shown) == count and state.joined()["Ball"] is after
     bpy.ops.reflect.refresh()
     assert state.joined()["Ball"].settings["depth"] == 5
 
@@ -181,7 +181,7 @@ def test_a_fresh_bake_is_not_stale_until_the_scene_changes(ball):
     snapshot, asset = live_state().snapshot, environment()
     save_asset(remembering(asset, snapshot, items_now(snapshot, asset), {}), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
-    assert (live_state().missing, live_state().stale) == ((), ())
+    assert (live_state().compared.missing, live_state().stale) == ((), ())
     bpy.ops.mesh.primitive_cube_add(location=(3, 0, 0))
     bpy.context.view_layer.update()
     assert live_state().changed
@@ -199,20 +199,20 @@ def test_another_setting_makes_assets_old(ball):
     asset = replace(environment(), settings=dict(method.DEFAULTS))
     save_asset(remembering(asset, snapshot, items_now(snapshot, asset), {}), assets_of(bpy.context.scene) / "environment-Ball")
     bpy.ops.reflect.refresh()
-    assert (live_state().stale, live_state().other_settings) == ((), ())
+    assert (live_state().stale, live_state().compared.other_settings) == ((), ())
     bpy.ops.ed.undo_push(message="before")
     settings.environment.samples = 32
     bpy.ops.ed.undo_push(message="samples")
-    assert (live_state().stale, live_state().other_settings) == ((), ("Ball",))
+    assert (live_state().stale, live_state().compared.other_settings) == ((), ("Ball",))
     text = drawn()
     assert "Bake Again" in text and "Ball was baked with other settings" in text
     bpy.ops.ed.undo()
-    assert bpy.context.scene.reflect.environment.samples == 16 and live_state().other_settings == ()
+    assert bpy.context.scene.reflect.environment.samples == 16 and live_state().compared.other_settings == ()
     bpy.ops.ed.redo()
-    assert bpy.context.scene.reflect.environment.samples == 32 and live_state().other_settings == ("Ball",)
+    assert bpy.context.scene.reflect.environment.samples == 32 and live_state().compared.other_settings == ("Ball",)
     bpy.context.scene.reflect.billboards.texels = "64"
     bpy.context.scene.reflect.environment.samples = 16
-    assert live_state().other_settings == (), "another method's settings are not this one's"
+    assert live_state().compared.other_settings == (), "another method's settings are not this one's"
 
 
 def test_bakes_are_asked_for_what_is_set(ball, monkeypatch):
@@ -261,7 +261,7 @@ def test_damaged_assets_are_named(ball):
     folder = save_asset(environment(), assets_of(bpy.context.scene) / "environment-Ball")
     (folder / "asset.json").write_text("{")
     bpy.ops.reflect.refresh()
-    assert "asset.json" in live_state().problems[0] and live_state().missing == ("Ball",)
+    assert "asset.json" in live_state().problems[0] and live_state().compared.missing == ("Ball",)
 
 
 def test_assets_of_before_their_method_changed_are_named(ball):
@@ -270,7 +270,7 @@ def test_assets_of_before_their_method_changed_are_named(ball):
 
     save_asset(environment(), assets_of(bpy.context.scene) / "environment-Ball")  # an image and no numbers
     bpy.ops.reflect.refresh()
-    assert live_state().snapshot.reflectors() and live_state().assets and not live_state().missing
+    assert live_state().snapshot.reflectors() and live_state().assets and not live_state().compared.missing
     assert live_state().joined() == {} == live_state().joined()
     (problem,) = live_state().problems
     assert "environment-Ball lacks what environment needs" in problem and "Bake it again" in problem
@@ -292,7 +292,7 @@ def test_the_first_save_takes_the_assets_along(registered, monkeypatch, tmp_path
     assert list(live_state().assets) == [("environment", "Cube")] and not live_state().bake_error
     (tmp_path / "b").mkdir()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "b" / "b.blend"))
-    assert live_state().missing == ("Cube",), "a file saved elsewhere has not been baked there"
+    assert live_state().compared.missing == ("Cube",), "a file saved elsewhere has not been baked there"
     assert (tmp_path / "reflect/Scene/environment-Cube/asset.json").exists()
 
 

@@ -25,27 +25,27 @@ def story():
     picture("03-plan")
     (row,) = state().loaded.plan.rows
     results["plan"] = {"method": row.method, "promised": row.promised, "measured": row.measured, "reason": row.reason, "seconds": state().loaded.plan.seconds}
-    assert row.reflector == "Ball" and 0 <= row.measured <= 1.0 and not state().other_settings and not state().missing
+    assert row.reflector == "Ball" and 0 <= row.measured <= 1.0 and not state().compared.other_settings and not state().compared.missing
 
     space.shading.type, space.overlay.show_overlays = "MATERIAL", True
     yield from settled("04-shown", ball, behind_in(ball, True))
     yield from press("reflect.plan_lock")
     scene().reflect.auto.tolerance = 90.0
     yield from bake()
-    assert [one.method for one in state().loaded.plan.rows] == [row.method] and not state().other_settings
+    assert [one.method for one in state().loaded.plan.rows] == [row.method] and not state().compared.other_settings
     picture("05-locked")
     yield from press("reflect.plan_lock")
-    assert scene().objects["Ball"].reflect_stand_in == "AUTO" and state().other_settings == ("Ball",)
+    assert scene().objects["Ball"].reflect_stand_in == "AUTO" and state().compared.other_settings == ("Ball",)
     scene().reflect.auto.tolerance = 1.0
     yield from bake()
     yield from press("reflect.plan_row")
     assert bpy.context.view_layer.objects.active.name == "Ball"
     scene().objects["Ball"].reflect_stand_in = "environment"
     yield 1.0
-    assert state().other_settings == ("Ball",)
+    assert state().compared.other_settings == ("Ball",)
     picture("05-by-hand")
     yield from bake()
-    assert [row.method for row in state().loaded.plan.rows] == ["environment"] and not state().other_settings
+    assert [row.method for row in state().loaded.plan.rows] == ["environment"] and not state().compared.other_settings
     scene().objects["Ball"].reflect_stand_in = "AUTO"
     yield from bake()
     assert [one.method for one in state().loaded.plan.rows] == [row.method]
@@ -68,7 +68,7 @@ def story():
     assert rows["Sheet"] == "recursive" and rows["Ball"] != "recursive" and state().surfaces is not None, rows
     yield 2.0
     picture("08-view")
-    assert not state().draw_error() and not state().stale and not state().missing
+    assert not state().draw_error() and not state().stale and not state().compared.missing
 
 
 run(story)

@@ -30,7 +30,7 @@ def story():
         yield from bake()
         yield from watched(f"show {name}")
         assert not state().draw_error(), state().draw_error()
-        assert state().assets and not (state().stale or state().missing or state().other_settings)
+        assert state().assets and not (state().stale or state().compared.missing or state().compared.other_settings)
         results[f"changed {name}"] = changed(off, picture(f"03-{name}"))
         assert results[f"changed {name}"] > 0.005, f"{name} is not to be seen"
 
@@ -45,11 +45,11 @@ def story():
     settings.depth_maps.maps = 2
     inside(bpy.ops.ed.undo_push, message="maps")
     yield 1.0
-    assert state().other_settings and not state().stale
+    assert state().compared.other_settings and not state().stale
     assert changed(before, picture("05-other-settings")) < 0.002
     inside(bpy.ops.ed.undo)
     yield 1.0
-    assert scene().reflect.depth_maps.maps == 3 and not state().other_settings
+    assert scene().reflect.depth_maps.maps == 3 and not state().compared.other_settings
 
     for name in ("depth_maps", "billboards"):
         scene().reflect.method = name

@@ -163,7 +163,7 @@ def outlined(space):
     bpy.context.view_layer.objects.active = bpy.data.objects["Ball"]
     for number, method in ((13, "box_proxy"), (15, "depth_maps"), (17, "light_field")):
         scene().reflect.method = method
-        if method not in state().baked or state().missing:
+        if method not in state().baked or state().compared.missing:
             yield from bake()
         if method == "box_proxy":
             yield from aside(4.0)

@@ -76,7 +76,7 @@ def greyed(name, words, panel=""):
         tell(name, str(error), words)
     else:
         raise AssertionError(f"{name}: the button is not greyed")
-    tell(f"{name}, in the panel", " ".join((*state().problems, *state().missing)), panel)
+    tell(f"{name}, in the panel", " ".join((*state().problems, *state().compared.missing)), panel)
 
 
 def tell(name, sentence, words):

@@ -39,11 +39,11 @@ def story():
     settings = scene().reflect
     settings.method = "environment"
     yield from bake()
-    assert not (state().stale or state().missing)
+    assert not (state().stale or state().compared.missing)
 
     yield from move(0.1)
     picture("01-old")
-    results["said"] = [one.sentence() for one in state().refreshes.values()]
+    results["said"] = [one.sentence() for one in state().compared.refreshes.values()]
     assert all(f"{MOVED} was moved; about " in said for said in results["said"])
     yield 7.0
     assert state().stale and running() is None, "by hand"

@@ -26,7 +26,7 @@ def story():
     yield from bake()
     yield from watched("show")
     assert not state().draw_error(), state().draw_error()
-    assert state().assets and not (state().stale or state().missing or state().other_settings)
+    assert state().assets and not (state().stale or state().compared.missing or state().compared.other_settings)
     shown = picture("03-shown")
     results["changed"] = changed(off, shown)
     assert results["changed"] > 0.005, "virtual objects are not to be seen"
@@ -36,7 +36,7 @@ def story():
     place = moved.location.copy()
     yield from watched("move", lambda: setattr(moved, "location", moved.location + moved.dimensions * 0.2))
     results["moved"] = changed(shown, picture("04-moved"))
-    assert results["moved"] > 0.005 and not state().draw_error() and not state().missing
+    assert results["moved"] > 0.005 and not state().draw_error() and not state().compared.missing
     yield from watched("back", lambda: setattr(moved, "location", place))
     results["back differs"] = changed(shown, picture("05-back"))
     assert results["back differs"] < 0.02

@@ -31,7 +31,7 @@ def story():
         yield from bake()
         yield 2.0
         assert not state().draw_error(), state().draw_error()
-        assert state().assets and not state().stale and not state().missing, (state().stale, state().missing)
+        assert state().assets and not state().stale and not state().compared.missing, (state().stale, state().compared.missing)
         shown[name] = picture(f"02-{name}")
         results[f"changed {name}"] = changed(off, shown[name])
         assert results[f"changed {name}"] > 0.005, f"{name} is not to be seen"
