@@ -18,7 +18,7 @@ from PIL import Image  # noqa: E402
 
 from reflect_addon.core.errors import ReflectError  # noqa: E402
 from reflect_addon.core.safe_write import write_whole  # noqa: E402
-from reflect_addon.evaluation.report import label_of  # noqa: E402
+from reflect_addon.evaluation.report_table import label_of  # noqa: E402
 from reflect_addon.evaluation.rows import read_rows  # noqa: E402
 from tools.figures.sheet import DIFFERENCE, Panel, draw as draw_sheet, short  # noqa: E402
 

@@ -7,9 +7,7 @@ stand-ins in the scene that costs 2 D + R - 1 intersections: the reflector itsel
 Where we depart. What the reflective one shows has two parts: its own light, from its texel, and the tertiary ray's,
 times the reflectance of its material at that angle (shading.py). The tertiary ray carries its footprint on: as wide as
 it was where it hit, growing by twice the change of the normal across it and by the lobe of a rough surface.
-A reflective quad stands through the middle of a volume, and a tertiary ray from there shows the wrong place of all that is
-near. Beside its normal a texel therefore holds the height of the surface above the quad, and a ray that meets the quad
-goes to the surface in RELIEF_STEPS steps of a fixed-point iteration [Szirmay-Kalos 2005, for distance maps].
+It starts on the surface that stands at a reflective quad, not on the quad (mirror_surface.py).
 Orders of three and more are what the paper leaves open. settings["order"]: up to that order the tertiary ray looks among
 the reflective rows as well, and goes on from there in a loop; only the last one passes through mirrors.
 A reflector that is flat all over has rows of itself, as lit: its own rays never meet them, a mirror's do. (The paper: no ray meets it.)
@@ -19,20 +17,14 @@ Rows of `billboard_buf`: the `count` = D diffuse ones, then the `mirrors` = R - 
 reported is the first hit: the place in the mirror that the eye looks at.
 """
 
-from dataclasses import dataclass
-
 from . import billboard_kernel, moved_rows, spaces
 from .billboard_kernel import fetch
-from .cubemap import blend_levels
 from .hit_shading import shaded
 from .kernel import Hit, Ray
+from .mirror_surface import surface_at
 from .row_search import ALL, Among
 from .shading import REFLECTANCE_INPUTS, reflectance
 
-# Steps from the quad's plane towards the surface that stands there.
-RELIEF_STEPS = 2
-# Cosine at which a ray meets a quad below which its way to the surface is no longer told by the height there.
-LEAST_FACING = 0.1
 # Reflections that 3.1 computes: a mirror's rays go on once. settings["order"], where it is not given.
 PAPERS_ORDER = 2
 # Radians per metre: above it a footprint covers the half space.
@@ -140,7 +132,7 @@ def _mirrored(k, asset, ray, start, met, nearest, again):
     distance, row, u, v = met
     options = asset.options
     k.cite("popescu-2006 3.1 step 5a: compute the tertiary ray rr")
-    surface = _surface(k, asset, ray, met)
+    surface = surface_at(k, asset, ray, met)
     base, tint, placed = (fetch(k, asset, name, row) for name in ("base", "tint", "normals"))
     toward = k.name("toward", k.dot(ray.direction, surface.normal))
     # A quad may be met at an angle at which the surface there would turn its back: it is at grazing.
@@ -177,87 +169,6 @@ def _tertiary_among(asset, row, again) -> Among:
         return Among(False, True, False, False)
     off_mirror = row > count - 0.5
     return Among(off_mirror, True, off_mirror, again is not False and off_mirror & again)
-
-
-@dataclass(frozen=True)
-class _Surface:
-    """What a ray meets of a mirror that stands as a quad with normals and heights."""
-
-    distance: object  # m along the ray to the surface, before or behind the quad's plane
-    u: object
-    v: object
-    normal: object  # unit, world
-    turn: object  # rad: change of the normal across the ray's footprint
-    share: object  # of the surface that mirrors
-
-
-def _surface(k, asset, ray, met) -> _Surface:
-    distance, row, u, v = met
-    detail, place, placed = (fetch(k, asset, name, row) for name in ("detail", "place", "normals"))
-    image, block = asset.images["normal_tx"], k.vec4(placed.xy, place.zw)
-    level = billboard_kernel.level_of(k, ray, distance, detail)
-
-    def look(at_u, at_v):
-        texel = billboard_kernel.texel(k, asset, ray, distance, row, at_u, at_v)
-        relief = blend_levels(k, level, detail.x, lambda i: billboard_kernel.sample(k, image, block, i, at_u, at_v))
-        return relief.xyz, relief.w, texel.w
-
-    normal, height, alpha = look(u, v)
-    nearer = distance
-    if asset.options["relief"]:
-        plane, axis_u, axis_v, eye = (fetch(k, asset, name, row) for name in ("plane", "u", "v", "eye"))
-        facing = k.max(-k.dot(ray.direction, plane.xyz), LEAST_FACING)
-        half_width = k.name("half_width", 0.5 * place.z / detail.y)
-        eye_u, eye_v = k.dot(eye.xyz, axis_u.xyz) + axis_u.w, k.dot(eye.xyz, axis_v.xyz) + axis_v.w
-
-        def metres(height, alpha):
-            return height * (half_width / k.max(alpha, billboard_kernel.LEAST_ALPHA))
-
-        plane_u, plane_v = u, v
-        for _ in range(RELIEF_STEPS):
-            k.cite("the ray's point as high above the plane as the surface at its last place, as the capture's camera saw it")
-            high = metres(height, alpha)
-            back = ray.direction * k.max(-high / facing, -distance)
-            grown = 1.0 / k.max(1.0 - high * eye.w, 0.5)
-            next_u = eye_u + (plane_u + k.dot(back, axis_u.xyz) - eye_u) * grown
-            next_v = eye_v + (plane_v + k.dot(back, axis_v.xyz) - eye_v) * grown
-            next_u, next_v = k.clamp(next_u, -1.0, 1.0), k.clamp(next_v, -1.0, 1.0)
-            found = look(next_u, next_v)
-            # Past the contour there is no surface to be met.
-            solid = found[2] >= billboard_kernel.SOLID
-            before = (normal, height, alpha, u, v)
-            normal, height, alpha, u, v = (
-                k.select(solid, new, old) for new, old in zip((*found, next_u, next_v), before, strict=True)
-            )
-        nearer = k.max(distance - metres(height, alpha) / facing, 0.0)
-    normal = moved_rows.turned(k, asset, row, normal)
-    turn = _turn(k, image, block, level, u, v) * (ray.width + ray.spread * distance) * detail.y
-    share = 1.0
-    if asset.options["partly"]:
-        # Means of normals are shorter than one, so half of it must do: the contour of the part that mirrors.
-        share = k.clamp(2.0 * k.length(normal) / k.max(alpha, billboard_kernel.LEAST_ALPHA), 0.0, 1.0)
-    return _Surface(
-        k.name("surface_distance", nearer), u, v, k.name("mirror_normal", k.normalize(normal)),
-        k.name("turn", turn), share,
-    )  # fmt: skip
-
-
-def _turn(k, image, block, level, u, v):
-    """Change of the normal in radians over one texel of the finest level, root mean square of two directions."""
-    # Of the nearest level, towards the middle, where the quad goes on. Not the level's floor: logarithms round differently on
-    # graphics cards, and footprints of whole texels are the usual ones.
-    whole = k.floor(level + 0.5)
-    finest = k.exp2(-whole)
-    step = k.vec2(2.0, 2.0) / (block.zw * finest)
-    here = billboard_kernel.sample(k, image, block, whole, u, v).xyz
-
-    def turned(at_u, at_v):
-        other = billboard_kernel.sample(k, image, block, whole, at_u, at_v).xyz
-        change = k.normalize(other) - k.normalize(here)
-        return k.select(k.dot(other, other) > billboard_kernel.LEAST_ALPHA, k.dot(change, change), 0.0)
-
-    across, along = u + k.select(u > 0.0, -step.x, step.x), v + k.select(v > 0.0, -step.y, step.y)
-    return k.sqrt(0.5 * (turned(across, v) + turned(u, along))) * finest
 
 
 def mirror_terms(k, scope, cosine, base_color, metallic, specular_tint, ior, weight, share):

@@ -64,7 +64,7 @@ def _frame(scene, renderer, time: float) -> Frame:
     after, maps = renderer.counts(), renderer.mirrors.maps
     return Frame(
         after["views"] - before["views"], renderer.mirrors.passes.pixels, after["triangles"] - before["triangles"],
-        sum(6 * (side + 2) ** 2 for side in maps.sides.values()), renderer.mirrors.level_bytes() + maps.targets_bytes(), time,
+        sum(6 * (side + 2) ** 2 for side in maps.sides.values()), renderer.mirrors.targets.bytes() + maps.targets_bytes(), time,
     )  # fmt: skip
 
 

@@ -141,7 +141,7 @@ def _targets(scenes: list[Drawn]) -> dict:
     for scene in scenes:
         renderer = scene.renderer(BACK_FACES_ONLY, curved=False)
         renderer.answer(scene.camera, positions=False)
-        ours.append(renderer.mirrors.level_bytes())
+        ours.append(renderer.mirrors.targets.bytes())
         asked.append(renderer.mirrored_views.levels * scene.camera.width * scene.camera.height * PIXEL)
         renderer.free()
     return row(

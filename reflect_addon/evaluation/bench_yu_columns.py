@@ -10,7 +10,7 @@ from functools import partial
 import bpy
 import numpy as np
 
-from ..core import metrics
+from ..core import light_field_stored, metrics
 from ..core.asset import Asset
 from ..core.job import BakeJob
 from ..core.kernel import record, run_numpy
@@ -77,7 +77,7 @@ def with_depth(asset: Asset, depth: bool) -> Asset:
 
 def compressed(asset: Asset) -> Asset:
     """The same slabs as a bake with the setting `compressed` stores them."""
-    images, code = light_field.compressed(cell_of(asset), asset.images["light_field_tx"], asset.options["depth"])
+    images, code = light_field_stored.compressed(cell_of(asset), asset.images["light_field_tx"], asset.options["depth"])
     return replace(asset, images=images, uniforms={**asset.uniforms, **code}, options={**asset.options, "coded": True})
 
 

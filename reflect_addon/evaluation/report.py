@@ -9,39 +9,16 @@ from pathlib import Path
 
 from ..core import methods as registry
 from ..core.errors import ReflectError
-from ..core.pareto import pareto_front
 from ..core.safe_write import write_whole
 from . import bench_table, maps
 from .page import CSS, TEMPLATE
 from .plot import Point, scatter
-from .rows import FILE_NAME, Row, is_software, read_rows, set_up_of
+from .report_table import PEER, label_of, results_table, value_text
+from .rows import FILE_NAME, Row, is_software, read_rows
 
-# field, heading, digits, factor, what it is
-COLUMNS = (
-    ("rmse", "RMSE", 4, 1, "root mean squared radiance error, scene-linear, reflector pixels only"),
-    ("floor_rmse", "floor", 4, 1, "the same between two truths with different seeds: nothing can be judged below it"),
-    ("relmse", "relMSE", 4, 1, "squared error relative to the truth"),
-    ("median_relative", "median rel.", 3, 100, "median relative difference, %"),
-    ("flip", "FLIP", 3, 1, "perceived difference on the view-transformed picture, 0 = equal"),
-    ("ssim", "SSIM", 3, 1, "structural similarity on the view-transformed picture, 1 = equal"),
-    ("hit_p50", "hit p50", 4, 1, "median distance between shown and true hit point / scene diagonal"),
-    ("hit_p95", "hit p95", 4, 1, "95th percentile of the same"),
-    ("angle_p50", "angle p50 °", 3, 1, "median angle between shown and true hit point from the ray's origin"),
-    ("angle_p95", "angle p95 °", 3, 1, "95th percentile of the same"),
-    ("false_hit", "false hit %", 2, 100, "share of rays that show a surface where there is sky"),
-    ("missed_hit", "missed hit %", 2, 100, "share of rays that show sky where there is a surface"),
-    ("ms", "ms", 3, 1, "reflection passes per frame, median after warm-up"),
-    ("ms_spread", "± ms", 2, 1, "half the interquartile range of that"),
-    ("ms_vs_environment", "× env.", 3, 1, "time as a multiple of `environment` in the same run"),
-    ("bake_s", "bake s", 3, 1, "seconds to bake"),
-    ("upload_ms", "upload ms", 3, 1, "milliseconds to upload and compile"),
-    ("bytes", "MB", 3, 1e-6, "memory of the assets on the GPU"),
-    ("nonfinite", "NaN/inf", 6, 1, "values that are no number: must be 0"),
-)
 PICTURES = ("answer", "difference", "hit_error", "composite")
 CAPTIONS = {"answer": "its rays", "difference": "difference", "hit_error": "hit-point error", "composite": "as the viewport draws it"}
 HEAD = "<header><h1>Reflect: how wrong, for what it costs</h1></header>"
-PEER = "eevee"  # evaluation/peer.py
 EEVEE = (
     "EEVEE's own picture of the frame, a peer and no method of ours: screen tracing cannot show what is off screen or hidden, "
     "and the sphere probes that stand in for it take the scene to lie on a sphere about the reflector (or, in a room, on the room's box); plane probes "
@@ -88,13 +65,6 @@ def _frames(found: list[tuple[Path, Row]]) -> dict[tuple, list[tuple[Path, Row]]
             for backend, device in [k[4:] for k in hosts] or [(row.backend, row.device)]:
                 add(folder, row, backend, device)
     return frames
-
-
-def label_of(row: Row) -> str:
-    """The method's name, and what tells a peer's rows apart."""
-    if row.method != PEER or "sphere_probe" not in row.settings:
-        return row.method
-    return f"{row.method}, {set_up_of(row.settings)}"
 
 
 def _head(rows: list[Row]) -> str:
@@ -153,7 +123,7 @@ def _frame(key: tuple, part: list[tuple[Path, Row]]) -> str:
         _plot(rows, "ms", 1, "milliseconds", floor),
         _plot(rows, "bytes", 1e-6, "MB on the GPU", floor),
         "</div>",
-        _table(rows),
+        results_table(rows),
         _notes(rows),
         "</section>",
     ]
@@ -166,7 +136,7 @@ def _plot(rows: list[Row], field: str, factor: float, label: str, floor: float |
         Point(label_of(r), None if getattr(r, field) is None else getattr(r, field) * factor, r.rmse, order.index(r.method) % 6)
         for r in rows
     ]
-    left_out = [f"{label_of(r)} (RMSE {_value(r.rmse, 3)})" for r in rows if not getattr(r, field)]
+    left_out = [f"{label_of(r)} (RMSE {value_text(r.rmse, 3)})" for r in rows if not getattr(r, field)]
     caption = f"<figcaption>Not in this plot, no {escape(label)}: {escape('; '.join(left_out))}.</figcaption>" if left_out else ""
     return f"<figure>{scatter(points, label, 'RMSE', floor)}{caption}</figure>"
 
@@ -183,8 +153,8 @@ def _strip(part: list[tuple[Path, Row]]) -> str:
         pictures = "".join(_figure(folder, row, w, f"{name}: {captions[w]}", captions[w]) for w in PICTURES)
         if row.method == PEER:
             pictures += "<figure><p class='none'>It tells no hit points.</p></figure>"
-        score = "" if row.flip is None else f"<span>FLIP {_value(row.flip, 3)}</span>"
-        hit = "" if row.hit_p95 is None else f"<span>hit p95 {_value(row.hit_p95, 4)}</span>"
+        score = "" if row.flip is None else f"<span>FLIP {value_text(row.flip, 3)}</span>"
+        hit = "" if row.hit_p95 is None else f"<span>hit p95 {value_text(row.hit_p95, 4)}</span>"
         out.append(f"<div class='method'><h3>{escape(name)} {score}{hit}</h3><div class='strip'>{pictures}</div></div>")
     return "".join(out)
 
@@ -202,48 +172,6 @@ def _figure(folder: Path, row: Row, what: str, alt: str, caption: str) -> str:
     except OSError:
         return f"<figure><p class='none'>{escape(path.name)} is missing</p>{caption}"
     return f"<figure><img alt='{escape(alt, True)}' src='data:image/png;base64,{data}'>{caption}"
-
-
-def _table(rows: list[Row]) -> str:
-    shown = [c for c in COLUMNS if any(getattr(r, c[0]) is not None for r in rows)]
-    fronts = pareto_front([(r.ms, r.rmse) for r in rows]), pareto_front([(r.bytes, r.rmse) for r in rows])
-    head = "".join(f"<th title='{escape(c[4], True)}'>{escape(c[1])}</th>" for c in shown)
-    body = []
-    for i, row in enumerate(rows):
-        marks = ("<abbr title='nothing else is as fast and as right'>◆</abbr>" if i in fronts[0] else "") + (
-            "<abbr title='nothing else is as small and as right'>■</abbr>" if i in fronts[1] else ""
-        )
-        cells = "".join(
-            f"<td{' class=bad' if f == 'nonfinite' and getattr(row, f) else ''}>{_value(getattr(row, f), d, k)}</td>"
-            for f, _, d, k, _ in shown
-        )
-        body.append(f"<tr><th>{escape(label_of(row))} {marks}</th>{cells}</tr>")
-    counts = list(dict.fromkeys(k for r in rows for k in r.counts))
-    more = ""
-    if counts:
-        work = "".join(
-            f"<tr><th>{escape(label_of(r))}</th>"
-            + "".join(f"<td>{_value(r.counts.get(k), 4)}</td>" for k in counts)
-            + f"<td class='settings'>{escape(', '.join(f'{k} {v}' for k, v in r.settings.items()))}</td></tr>"
-            for r in rows
-        )
-        names = "".join(f"<th>{escape(k.replace('_', ' '))}</th>" for k in counts)
-        more = (
-            "<details><summary>Work per frame, and settings</summary><div class='wide'><table><tr><th>method</th>"
-            f"{names}<th>settings</th></tr>{work}</table></div></details>"
-        )
-    return f"<div class='wide'><table><tr><th>method</th>{head}</tr>{''.join(body)}</table></div>{more}"
-
-
-def _value(value, digits: int, factor: float = 1) -> str:
-    if value is None:
-        return "–"
-    if not isinstance(value, (int, float)):
-        return escape(str(value))
-    if isinstance(value, int) and factor == 1:
-        return f"{value:,}"
-    value *= factor
-    return "0" if value == 0 else f"{value:.{digits}g}" if 1e-4 <= abs(value) < 1e5 else f"{value:.2e}"
 
 
 def _notes(rows: list[Row]) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..core.asset import Asset
 from ..core.billboard_atlas import ROW
-from ..core.billboard_follow import MAPS, Shot, State, can_follow, follow, start
+from ..core.billboard_follow import State, can_follow, follow, start
+from ..core.follow_shots import MAPS, Shot
 from ..core.snapshot import SceneSnapshot
 from ..core.surface_asset import SurfaceMesh, meshes_of
 from .capture import BLOCK, CAPTURE, AtlasBlock, Capture, CaptureTarget, SurfaceBuffer

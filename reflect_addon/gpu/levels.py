@@ -28,6 +28,7 @@ from ..core.snapshot import SceneSnapshot
 from .counts import Counts
 from .cube_maps import CubeMaps
 from .device import ensure
+from .found_mirrors import FoundMirrors
 from .level_programs import add_light
 from .level_surfaces import LevelSurfaces
 from .level_targets import Level, LevelTargets, Seen
@@ -51,7 +52,7 @@ class Levels:
         self.targets = LevelTargets(counts)
         self._planes: tuple = ()
         self._viewed: tuple[CurvedMirror, ...] = ()  # the curved mirrors that have one view for each picture that shows them
-        self._looked_for: tuple | None = None  # what mirrors were looked for in, and those found
+        self._found = FoundMirrors()
         self._settings: TreeSettings | None = None
         self._mirrors: MaterialTable | None = None
         self.maps = CubeMaps(counts, textures)
@@ -85,7 +86,7 @@ class Levels:
             culling=Culling(*(all(getattr(c, f.name) for c in culls) for f in fields(Culling))),
         )  # fmt: skip
         self._endless = any(bool(s["endless"]) for s in asked)
-        planes, curved = self._mirrors_of(snapshot)
+        planes, curved = self._found.of(snapshot)
         self._planes = tuple(plane for plane in planes if plane.reflector in chosen)
         self._viewed, live = recursive.answered_by(curved, dict(zip(chosen, asked, strict=True)))
         side, most = (max(int(s[name]) for s in asked) for name in ("map_side", "maps_per_frame"))
@@ -97,16 +98,6 @@ class Levels:
             row[2, 0] *= material.is_reflector and material.roughness <= ROUGHEST
         if self._mirrors is None or not np.array_equal(self._mirrors.rows, rows):
             self._mirrors = MaterialTable(rows, self.counts)
-
-    def _mirrors_of(self, scene: SceneSnapshot):
-        """Looked for again when a reflector moved or changed: half a second in a kitchen. (Whether somebody looks at a closed mesh from
-        inside is then as it was.)"""
-        key = scene.materials, tuple(
-            (scene.meshes[r.mesh].key, np.asarray(r.world_from_object).tobytes(), r.materials, r.mark) for r in scene.reflectors()
-        )
-        if self._looked_for is None or self._looked_for[0] != key:
-            self._looked_for = key, recursive.drawn_mirrors(scene)
-        return self._looked_for[1]
 
     @property
     def draws(self) -> bool:
@@ -247,13 +238,9 @@ class Levels:
         """The unit of depth in reflection buffers: the scene's size."""
         return 1.0 / max(self._scene.diagonal(), 1e-30)
 
-    def level_bytes(self) -> int:
-        """Memory on the GPU of the targets, one set a level."""
-        return self.targets.bytes()
-
     def bytes(self) -> int:
         """Memory on the GPU: surfaces, levels, and what cube maps are made in."""
-        return self._surfaces.bytes() + self.maps.targets_bytes() + self.level_bytes()
+        return self._surfaces.bytes() + self.maps.targets_bytes() + self.targets.bytes()
 
     def free(self):
         self._planes, self._mirrors, self.tree, self.passes = (), None, None, None

@@ -7,7 +7,7 @@ each into the place in the asset's own images where the bake put them, so that t
 Limits. Greedy rows, also where the bake chose optimal ones. Colours are continued for eight texels, no further.
 """
 
-from ..core.billboard_follow import MapPlace
+from ..core.follow_shots import MapPlace
 from .counts import Counts
 from .device import ensure
 from .program import ProgramInfo, program

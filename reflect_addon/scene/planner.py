@@ -12,7 +12,8 @@ import bpy
 from ..core import methods
 from ..core.camera import Camera
 from ..core.errors import ReflectError
-from ..core.planning.candidates import Changes, Trial
+from ..core.planning.candidate import Changes
+from ..core.planning.candidates import Trial
 from ..core.planning.choose import Choice, choose
 from ..core.planning.goal import Goal
 from ..core.planning.leave_out import left_out

@@ -10,7 +10,8 @@ from analytic import directions
 from reflect_addon.core import spaces
 from reflect_addon.core.errors import ReflectError
 from reflect_addon.core.planning import choose as choosing
-from reflect_addon.core.planning.candidates import Candidate, Trial
+from reflect_addon.core.planning.candidate import Candidate
+from reflect_addon.core.planning.candidates import Trial
 from reflect_addon.core.planning.choose import CLOSE, choose, error, total
 from reflect_addon.core.planning.coarse_bake import FINER, coarse, finer
 from reflect_addon.core.planning.errors import ELSEWHERE, WRONG, Measured, foretold, measured, ray_errors

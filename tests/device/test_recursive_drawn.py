@@ -243,10 +243,10 @@ def test_targets_do_not_pop_and_are_given_back(device, two_baked, monkeypatch):
         renderer.picture(hand_scenes.camera((x, -1.0, 1.3), (-1.5, 0.2, 0.7), (128, 96), fov=0.9))
         made.append(renderer.counts()["allocations"])
     assert made[-1] == made[6]
-    large, level = renderer.mirrors.level_bytes(), renderer.mirrored_views.levels
+    large, level = renderer.mirrors.targets.bytes(), renderer.mirrored_views.levels
     for _ in range(8):
         renderer.picture(hand_scenes.camera((14.0, -9.0, 8.0), (-1.5, 0.2, 0.7), (128, 96), fov=0.9))
-    assert renderer.mirrors.level_bytes() < 0.5 * large and level >= renderer.mirrored_views.levels > 0
+    assert renderer.mirrors.targets.bytes() < 0.5 * large and level >= renderer.mirrored_views.levels > 0
     renderer.free()
 
 
@@ -257,7 +257,7 @@ def test_what_is_culled_is_not_seen(device):
         renderer = renderer_of(asking(found, **({name: False} if name else {})))
         shown[name] = renderer.picture(CAMERA)
         counts, tree = renderer.counts(), renderer.mirrored_views
-        work[name] = np.array([counts["views"], counts["triangles"], tree.pixels, renderer.mirrors.level_bytes()])
+        work[name] = np.array([counts["views"], counts["triangles"], tree.pixels, renderer.mirrors.targets.bytes()])
         renderer.free()
         assert (work[""] <= work[name]).all() and work[""].min() > 0
         assert np.abs(shown[""] - shown[name])[..., :3].max(-1).mean() < tolerances.RECURSIVE_CULLED

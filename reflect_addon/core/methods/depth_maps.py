@@ -17,15 +17,15 @@ from functools import partial
 
 import numpy as np
 
-from .. import billboard_kernel, depth_kernel, depth_start, second_order, srdm, srdm_greedy, srdm_optimal
+from .. import billboard_kernel, depth_kernel, depth_start, second_order, srdm
 from ..asset import Asset, half_with_scale
 from ..billboard_atlas import ROW, pack, table_row, write_mirror
 from ..billboard_capture import Texels, capture
 from ..billboard_mirrors import mirror_rows, stand_off
-from ..depth_atlas import TALLEST, fill_rows, sphere_around, stacked
+from ..depth_atlas import TALLEST
 from ..depth_choice import views_for
 from ..depth_fit import DepthView
-from ..depth_refine import NOTHING, corners_of
+from ..depth_tables import write_maps
 from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
@@ -113,7 +113,7 @@ def bake(job: BakeJob, choose=views_for) -> Asset:
     shiny = [s for s, t in zip(stand_ins, captured, strict=True) if t.mirrors]
     # Where a mirror's rays may meet mirrors: where there are two of them, or one that sees itself.
     again = int(job.settings["order"]) > 2 and (len({s.instance for s in shiny}) > 1 or any(_is_own(s) for s in shiny))
-    depth_images = _write_maps(job, rows, stand_ins, captured, placed, center, again) if views else {}
+    depth_images = write_maps(job, rows, stand_ins, captured, placed, center, again) if views else {}
     for i, stand_in in enumerate(stand_ins):
         if i not in views:
             rows[i] = table_row(stand_in, placed[i], opaque[i], center)
@@ -184,33 +184,6 @@ def _continued(texels: Texels) -> Texels:
     return Texels(continued(texels.radiance), normals, texels.distance, None if own is None else continued(own))
 
 
-def _write_maps(job, rows, stand_ins: list, captured: list[Texels], placed: list, center, again) -> dict[str, np.ndarray]:
-    """Fills the rows of the depth maps; returns the images that they look their depths up in. again: rays start on mirrors."""
-    by_name = {i.name: i for i in (*job.scene.instances, *job.scene.lamps)}
-    tables, depths, spheres = [], [], []
-    maps = [i for i, s in enumerate(stand_ins) if isinstance(s, DepthView)]
-    for i in maps:
-        depth = stand_ins[i].depth(captured[i].distance)
-        tables.append(_table(job, depth))
-        depths.append(corners_of(depth, np.float32 if captured[i].mirrors else np.float16))
-        spheres.append(sphere_around(job.scene.world_positions(by_name[stand_ins[i].instance])))
-    image, at = stacked(tables, (-srdm.FILL, 0.0, -srdm.FILL, 0.0))
-    depth_images, depth_at = {}, [(0, 0)] * len(maps)
-    for name, kind in (("depth_tx", np.float16), ("mirror_depth_buf", np.float32)):
-        some = [n for n, d in enumerate(depths) if d.dtype == kind]
-        if some:
-            depth_images[name], places = stacked([depths[n] for n in some], (NOTHING,) * 4)
-            for n, where in zip(some, places, strict=True):
-                depth_at[n] = where
-    corners = [(*a, *b) for a, b in zip(at, depth_at, strict=True)]
-    started_on = [stand_ins[i].own or (again and captured[i].mirrors) for i in maps]
-    filled = np.zeros((len(maps), *rows.shape[1:]), np.float32)
-    fill_rows(filled, [stand_ins[i] for i in maps], started_on, [placed[i] for i in maps], corners, spheres, center)
-    rows[maps] = filled
-    tables = {"srdm_tx": image.astype(np.float16)} if job.settings["half"] else {"srdm_buf": image}
-    return {**tables, **depth_images}
-
-
 def _check(settings: dict) -> None:
     n, m = int(settings["turns"]), int(settings["points"])
     detail = int(settings["self_detail"])
@@ -226,12 +199,6 @@ def _check(settings: dict) -> None:
             f"Depth maps with {n} turns of {m} points are wider than graphics cards hold.",
             f"Keep turns times points at {2 * TALLEST} or less.",
         )
-
-
-def _table(job: BakeJob, depth: np.ndarray) -> np.ndarray:
-    n, m = int(job.settings["turns"]), int(job.settings["points"])
-    simplify = srdm_optimal.simplify if job.settings["optimal"] else srdm_greedy.simplify
-    return srdm.packed(simplify(srdm.with_spans(srdm.rotated_rows(depth, n), m), m).reshape(n, len(depth), m, 2))
 
 
 def nearest(k, asset, ray, start, among: Among, search=None):

@@ -22,18 +22,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import bc1, hdr_code, spaces
+from .. import spaces
 from ..asset import Asset
 from ..errors import ReflectError
 from ..job import BakeJob
 from ..kernel import Hit
-from ..light_field import FIRST, SLABS, Cell, cell_of
+from ..light_field import SLABS, Cell, cell_of
 from ..light_field_change import changed_boxes, seen_parts, views_that_saw
 from ..light_field_focus import FEW, PROBES, focus
 from ..light_field_kernel import answer
 from ..light_field_reach import Reach, reach_of
 from ..light_field_refocus import distance_of, focused  # noqa: F401  the method's own (methods/__init__.py)
-from ..light_field_slab import Slab, bake_slab, filled
+from ..light_field_slab import bake_slab, filled
+from ..light_field_stored import compressed, finish_slab, finished_slab, slab_before
 from ..light_field_trace import SlabTracer
 from ..outlines import Outlines, of_box, of_rectangle
 from ..remake import REFLECTOR, SAME_PLACE, parts_of
@@ -82,8 +83,8 @@ def bake(job: BakeJob) -> Asset:
     and views of an earlier bake that saw nothing of what changed, are taken as they are."""
     cell, reach = plan(job)
     boxes = changed_boxes(job, cell, job.earlier)
-    finished = {face: _finished(job, face) for face in cell.slabs}
-    before = {face: _before(job.earlier, cell, face) for face in cell.slabs} if boxes is not None else {}
+    finished = {face: finished_slab(job, face) for face in cell.slabs}
+    before = {face: slab_before(job.earlier, cell, face) for face in cell.slabs} if boxes is not None else {}
     wanted = {face: reach.of(face) for face, slab in finished.items() if slab is None}
     for face in wanted.keys() & before.keys():
         wanted[face] = views_that_saw(cell, face, boxes, before[face].traced(), wanted[face])
@@ -94,7 +95,7 @@ def bake(job: BakeJob) -> Asset:
         if slab is None:
             slab, count = bake_slab(cell, face, wanted[face], traced, before.get(face))
             made += count
-            _finish(job, face, slab)
+            finish_slab(job, face, slab)
         slab, side, (x, y) = filled(slab, cell), cell.slab_side(), cell.origin(face)
         planes[face] = focus(cell, face, slab, FEW if job.settings["depth"] else PROBES)
         if slab.scale > scale:
@@ -205,35 +206,6 @@ def outlines(asset: Asset) -> Outlines:
         plane = cell.center - sign * cell.half[axis] * np.eye(3)[axis]
         found += of_rectangle(plane, *(side * np.eye(3)[(axis + n) % 3] for n, side in enumerate(cell.side(axis), 1)))
     return found + (_companion(asset).outlines(asset) if "count" in asset.options else Outlines())
-
-
-def _before(earlier: Asset, cell: Cell, face: int) -> Slab:
-    """A slab of an earlier asset with the same cell."""
-    (x, y), side = cell.origin(face), cell.slab_side()
-    return Slab(earlier.images["light_field_tx"][y : y + side, x : x + side], earlier.uniforms["light_scale"])
-
-
-def compressed(cell: Cell, atlas: np.ndarray, depth: bool) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-    """(images, uniforms): radiance as coded blocks, of the first slabs and of the rest; depths four to a texel."""
-    blocks, code = hdr_code.compress(atlas[..., :3])
-    columns, side = cell.columns(), cell.slab_side() // bc1.SIDE
-    rows, last = FIRST // columns * side, (len(cell.slabs) % columns or columns) * side
-    images = {"light_field_bc1": blocks[:rows]}
-    if len(blocks) > rows:
-        images["light_rest_bc1"] = np.ascontiguousarray(blocks[rows:, :last])
-    if depth:
-        images["light_depth_tx"] = atlas[..., 3].reshape(len(atlas), -1, 4)
-    return images, code
-
-
-def _finished(job: BakeJob, face: int) -> Slab | None:
-    scale, texels = job.unfinished.load(f"scale{face}"), job.unfinished.load(f"slab{face}")
-    return None if scale is None or texels is None else Slab(texels, float(scale))
-
-
-def _finish(job: BakeJob, face: int, slab: Slab) -> None:
-    job.unfinished.save(f"scale{face}", np.array(slab.scale))
-    job.unfinished.save(f"slab{face}", slab.texels)
 
 
 def trace(k, asset, ray) -> Hit:

@@ -11,7 +11,7 @@ told from two tries (errors.foretold) where nothing is good enough without. What
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -20,8 +20,9 @@ from .. import methods
 from ..asset import Asset
 from ..job import BakeJob
 from ..methods import environment
+from .candidate import QUADS, WITHOUT, Candidate, Changes, ladder
 from .coarse_bake import COARSER, COARSEST, FINER, coarse, finer, grown
-from .errors import ELSEWHERE, EXACT, Measured, foretold, measured
+from .errors import EXACT, Measured, foretold, measured
 from .goal import PROMISED, Goal
 from .met import met_by
 from .samples import UNSEEN, Sample, Seen
@@ -32,54 +33,7 @@ CHEAP = 5.0  # effort of a try that is made whether or not it can be good enough
 CONTEST = 1.3  # times the least error: what may be the least in truth is looked at again
 PATHS = 4e5  # Cycles' paths a second on two cores
 
-Changes = tuple[tuple[str, object], ...]  # settings in which a stand-in differs from what is asked for, by name
 _Key = tuple[str, Changes, int]  # what is tried: a method, its changes, how many times coarser
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One stand-in for one reflector."""
-
-    method: str
-    changes: Changes = ()
-    errors: Measured | None = None  # None: not tried
-    cost: float = 0.0  # of a ray, in look-ups of an environment map
-    bytes: int = 0  # at the settings that are asked for
-    bake_seconds: float = 0.0
-    pruned: str = ""  # why it was not tried
-
-    @property
-    def promised(self) -> float:
-        """In the goal's unit."""
-        return np.inf if self.errors is None else self.errors.promised
-
-    def far_off(self) -> tuple[float, float]:
-        """What is nearest where nothing keeps a tolerance has the least of: what is promised, and, where that is ELSEWHERE anyway, the mean."""
-        return min(self.promised, ELSEWHERE), self.errors.mean
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether it is its method as it is asked for, but for what no ray meets."""
-        return all(name == WITHOUT for name, _ in self.changes)
-
-    def label(self) -> str:
-        """The method, and what is special, for people."""
-        said = [f"{name} {value}" for name, value in self.changes if not isinstance(value, tuple)]
-        said += [f"{len(value)} {name}" for name, value in self.changes if isinstance(value, tuple) and name != WITHOUT]
-        return f"{self.method} ({', '.join(said)})" if said else self.method
-
-
-WITHOUT, QUADS = "without", "quads"  # settings that name objects
-
-
-def ladder() -> list[tuple[float, str, Changes]]:
-    """What a plan chooses among, from cheap to dear: (effort, method, settings that differ)."""
-    steps = []
-    for name in methods.planned():
-        method = methods.get(name)
-        steps.append((getattr(method, "EFFORT", 1.0), name, ()))
-        steps += [(effort, name, tuple(sorted(changes.items()))) for effort, changes in getattr(method, "VARIANTS", ())]
-    return sorted(steps, key=lambda step: step[0])
 
 
 class Trial:

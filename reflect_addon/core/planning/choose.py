@@ -8,7 +8,7 @@ the least error for what it saves is made cheaper, until it is kept or nothing i
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from .candidates import Candidate
+from .candidate import Candidate
 from .errors import EXACT, WRONG
 from .goal import Goal
 from .samples import Seen

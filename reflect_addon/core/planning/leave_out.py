@@ -1,6 +1,7 @@
 """What a reflector is not given, why, and what it would have cost."""
 
-from .candidates import QUADS, WITHOUT, Candidate, Trial
+from .candidate import QUADS, WITHOUT, Candidate
+from .candidates import Trial
 from .choose import LeftOut
 
 NAMED = 3  # objects that a sentence names
