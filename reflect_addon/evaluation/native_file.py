@@ -28,9 +28,9 @@ def write_native(
         with open_frame(scene, None, progress) as snapshot:
             assets = load_assets(snapshot, method, folder)
         stale = {name for name, asset in assets.items() if is_stale(snapshot, asset)}
-        progress(0.3, "Making materials")
         images = scene_folder(out, scene.name) / IMAGES
-        done = use_in_materials(scene, snapshot, assets, method, pack=pack, folder=images, stale=stale)
+        making = lambda share, text: progress(0.3 + 0.6 * share, text)
+        done = use_in_materials(scene, snapshot, assets, method, pack=pack, folder=images, stale=stale, progress=making)
         _save(out)
     return done
 

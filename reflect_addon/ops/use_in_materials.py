@@ -7,6 +7,7 @@ from ..core.errors import ReflectError
 from ..scene import live
 from ..scene.native_materials import IMAGES, use_in_materials
 from ..scene.places import assets_of
+from .window_work import STEPS
 
 
 class REFLECT_OT_use_in_materials(bpy.types.Operator):
@@ -39,14 +40,18 @@ class REFLECT_OT_use_in_materials(bpy.types.Operator):
         if state.snapshot is None:
             self.report({"ERROR"}, state.read_error)
             return {"CANCELLED"}
+        manager = context.window_manager
+        manager.progress_begin(0, STEPS)  # a kitchen takes most of a minute
         try:
             done = use_in_materials(
                 scene, state.snapshot, state.shown(settings.focus_distance), settings.method, pack=settings.native_pack,
-                folder=assets_of(scene) / IMAGES, stale=state.stale,
+                folder=assets_of(scene) / IMAGES, stale=state.stale, progress=lambda share, _: manager.progress_update(int(share * STEPS)),
             )  # fmt: skip
         except ReflectError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        finally:
+            manager.progress_end()
         settings.native_said = f"{methods.get(settings.method).LABEL} is in {done.counts()}"
         for sentence in done.sentences:
             self.report({"WARNING"}, sentence)

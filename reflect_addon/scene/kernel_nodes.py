@@ -7,7 +7,7 @@ how operations become nodes node_operations.py's.
 """
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import bpy
 import numpy as np
@@ -16,50 +16,83 @@ from ..core.kernel import KernelError, Program
 from ..core.kernel.graph import Node, Region
 from ..core.kernel.program import Names, type_of
 from ..core.kernel.regions import Outline
-from ..core.kernel.schedule import schedule
+from ..core.kernel.schedule import Schedule, schedule
 from .node_control import ControlFlow
+from .node_copy import TreeCopier, Unlike
 from .node_images import Place, images_from, sample_group
 from .node_operations import NodeScope, Parts, part_kinds, parts_of
 from .node_tree import TreeBuilder
+
+Alike = dict[tuple, list[list[bpy.types.NodeTree]]]  # what may be copied, by what it must have in common
 
 GROUP_FROM = 12  # statements from which a region is a group of its own: smaller ones read better where they are
 
 
 def emit_nodes(
     program: Program, asset, name: str, wanted: tuple[str, ...] = ("radiance", "coverage"), unrolled: bool = False,
-    driven: Mapping[str, bpy.types.NodeTree] | None = None,
+    driven: Mapping[str, bpy.types.NodeTree] | None = None, alike: Alike | None = None, begun: Callable[[], object] = lambda: None,
 ) -> bpy.types.NodeTree:  # fmt: skip
     """A new shader node group. Inputs: the program's (Origin, Direction, ...); outputs: the wanted ones, a vec3 called
     radiance as Color, other vectors as Vector, bools as 0 or 1, the w of a vec4 in a second socket "NAME w".
 
     The asset's images become images of the file (node_images.py); its uniforms are labelled nodes, or what groups say: driven,
-    uniform -> a group with outputs of its name and, of a vec4, "NAME w". unrolled: for Cycles, too.
+    uniform -> a group with outputs of its name and, of a vec4, "NAME w". unrolled: for Cycles, too. alike: groups that were made before, of
+    which this one may be a copy, and to which it is added. begun(): called at each nested group.
     """
-    emitter = _Emitter(program, asset, name, wanted, unrolled, driven or {})
+    plan = schedule(program, wanted)
+    pixels = Names("image", f"the asset of {program.name}", asset.images)
+    images = images_from(name, {image: pixels[image] for image in plan.images})
+    key, alike = (program.name, wanted, unrolled), {} if alike is None else alike
     try:
-        return emitter.emit()
+        for like in (*alike.get(key, ()), []):
+            emitter = _Emitter(program, asset, name, plan, images, unrolled, driven or {}, like, begun)
+            try:
+                tree = emitter.emit()
+            except Unlike:
+                emitter.discard()
+                continue
+            except BaseException:
+                emitter.discard()
+                raise
+            if not like:
+                alike.setdefault(key, []).append(emitter.trees)
+            return tree
     except BaseException:
-        emitter.discard()
+        for image in {place.image for place in images.values()}:
+            bpy.data.images.remove(image)
         raise
 
 
 class _Emitter(ControlFlow):
-    def __init__(self, program: Program, asset, name: str, wanted, unrolled: bool, driven: Mapping[str, bpy.types.NodeTree]):
+    def __init__(
+        self, program: Program, asset, name: str, plan: Schedule, images: dict[str, Place], unrolled: bool,
+        driven: Mapping[str, bpy.types.NodeTree], like: Sequence[bpy.types.NodeTree], begun: Callable[[], object],
+    ):  # fmt: skip
         self.program, self.asset, self.name, self.unrolled, self.driven = program, asset, name, unrolled, driven
-        self.plan = schedule(program, wanted)
+        self.plan, self.images = plan, images
         self.sections = [start for start, _ in program.graph.citations]
+        self.begun, self.like = begun, like  # what this was for another asset; (): all is new
+        self.builders: list[TreeBuilder] = []
         self.scope = self.root = self.open(name)
-        self.images: dict[str, Place] = {}
         self.outlines: dict[tuple, Outline] = {}
         self.groups: dict[object, bpy.types.NodeTree] = {}  # look-ups and regions, by what they do
 
     def open(self, name: str) -> NodeScope:
-        return NodeScope(TreeBuilder(name), self.leaf, lambda image: self.images[image], self.sampler)
+        return NodeScope(self.builder(name), self.leaf, lambda image: self.images[image], self.sampler)
+
+    def builder(self, name: str) -> TreeBuilder:
+        self.begun()
+        made = TreeCopier(name, self.like[len(self.builders)]) if self.like else TreeBuilder(name)
+        self.builders.append(made)
+        return made
+
+    @property
+    def trees(self) -> list[bpy.types.NodeTree]:
+        """In the order in which they were begun; those that are not ended are missing where they are copies."""
+        return [build.tree for build in self.builders if build.tree is not None]
 
     def emit(self) -> bpy.types.NodeTree:
         build = self.root.build
-        pixels = Names("image", f"the asset of {self.program.name}", self.asset.images)
-        self.images = images_from(self.name, {name: pixels[name] for name in self.plan.images})
         self.interface([(name.capitalize(), node) for name, node in self.program.inputs.items()], is_output=False)
         self.interface([(name.capitalize(), node) for name, node in self.plan.outputs.items()], is_output=True)
         self.block(self.program.graph.root)
@@ -84,10 +117,8 @@ class _Emitter(ControlFlow):
 
     def discard(self) -> None:
         """Removes what was made so far: a kernel that nodes cannot express leaves the file as it was."""
-        for group in {self.root.build.tree, self.scope.build.tree, *self.groups.values()}:
+        for group in {*self.trees} - {*self.like}:
             bpy.data.node_groups.remove(group)
-        for image in {place.image for place in self.images.values()}:
-            bpy.data.images.remove(image)
 
     def leaf(self, node: Node) -> Parts:
         if node.op == "const":
@@ -110,16 +141,16 @@ class _Emitter(ControlFlow):
             build, label = self.scope.build, name if part == 0 else f"{name} w"
             node = build.node("ShaderNodeValue" if isinstance(constant, float) else "ShaderNodeCombineXYZ", label)
             if isinstance(constant, float):
-                node.outputs[0].default_value = constant
+                build.set(node.outputs[0], constant)
             else:
                 for socket, component in zip(node.inputs, constant):
-                    socket.default_value = component
+                    build.set(socket, component)
             sockets.append(build.finish(node).outputs[0])
         return tuple(sockets)
 
     def sampler(self, image: str) -> bpy.types.NodeTree:
         if image not in self.groups:
-            self.groups[image] = sample_group(f"{self.name} sample {image}", self.images[image])
+            self.groups[image] = sample_group(self.builder(f"{self.name} sample {image}"), self.images[image])
         return self.groups[image]
 
     def block(self, region: Region) -> None:
@@ -157,12 +188,12 @@ class _Emitter(ControlFlow):
         if key not in self.groups:
             outer = self.scope, self.gate
             self.scope = self.open(f"{self.name}: {self.citation_at(region.start)[:48] or region.kind}")
-            self.groups[key] = self.scope.build.tree
             self.interface([(n.name or n.op, n) for n in found.reads], is_output=False)
             self.interface([(n.name or n.op, n) for n in found.gives], is_output=True)
             self.gate = self.gate_socket() if gate is not None else None
             self.block(region)
             self.scope.build.results(*(part for node in found.gives for part in self.scope.get(node)))
+            self.groups[key] = self.scope.build.tree
             self.scope, self.gate = outer
         given = [part for node in found.reads for part in self.scope.get(node)] + [gate] * (gate is not None)
         sockets = iter(self.scope.build.group(self.groups[key], *given))

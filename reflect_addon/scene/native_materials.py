@@ -6,9 +6,10 @@ on the object (native_slots.py); the artist's material stays behind both. Everyt
 made goes again when anything fails. Removing puts the slots back and deletes what is ours and has no user left.
 """
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -17,6 +18,7 @@ from ..core import methods
 from ..core.asset import Asset
 from ..core.errors import ReflectError
 from ..core.kernel import KernelError
+from ..core.progress import Progress, teller
 from ..core.snapshot import SceneSnapshot
 from .kernel_group import IOR
 from .native_follow import following
@@ -50,11 +52,11 @@ class Report:
 
 def use_in_materials(
     scene: bpy.types.Scene, snapshot: SceneSnapshot, assets: dict[str, Asset], method: str, *, pack: bool = True,
-    folder: Path | None = None, stale: Collection[str] = (),
+    folder: Path | None = None, stale: Collection[str] = (), progress: Progress | None = None,
 ) -> Report:  # fmt: skip
     """Gives every reflector of the snapshot materials that show its asset; those that have them already get new ones.
 
-    pack: images go into the .blend; else they are written below `folder`. ReflectError when no object can be changed, or the method's
+    pack: images go into the .blend; else they are written below `folder`. progress: told at each group that is begun. ReflectError when no object can be changed, or the method's
     kernel cannot be nodes; the file is then as it was."""
     if method not in (*methods.gathering(), methods.AUTO):
         raise ReflectError(f"{method} draws the scene again for each frame, which a material cannot.", _choose())
@@ -64,7 +66,7 @@ def use_in_materials(
         raise ReflectError("No material was changed.", said)
     with _all_or_nothing(), ExitStack() as undo:
         try:
-            groups = _groups(scene, planned.changes)
+            groups = _groups(scene, planned.changes, teller(progress, "Nothing was changed."))
             copies, nodes, unchanged = _copies(planned.changes, groups)
             for group in groups.values():
                 keep_images(group, pack, folder)
@@ -112,15 +114,16 @@ def _key(change: Change) -> tuple[str, int, float]:
     return change.material.name_full, id(change.asset), change.roughest
 
 
-def _groups(scene: bpy.types.Scene, changes: tuple[Change, ...]) -> dict[int, bpy.types.NodeTree]:
+def _groups(scene: bpy.types.Scene, changes: tuple[Change, ...], say: Callable[[float, str], None]) -> dict[int, bpy.types.NodeTree]:
     """id of an asset -> the group that answers from it."""
     assets = {id(change.asset): change.asset for change in changes}
     rough = {id(change.asset) for change in changes if may_be_rough(change.material)}
-    groups = {}
-    for key, asset in assets.items():
+    groups, alike = {}, {}
+    for number, (key, asset) in enumerate(assets.items()):
+        begun = partial(say, number / len(assets), f"Nodes for {asset.reflector or 'all reflectors'}")
         name = f"Reflect {asset.kind} {asset.reflector}".strip()
         follower, driven = following(scene, asset, name)
-        groups[key] = reflection_group(follower, name, key in rough, driven)
+        groups[key] = reflection_group(follower, name, key in rough, driven, alike, begun)
     return groups
 
 

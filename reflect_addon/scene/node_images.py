@@ -127,9 +127,8 @@ def _beside(path: str) -> str:
         return path
 
 
-def sample_group(name: str, place: Place) -> bpy.types.NodeTree:
+def sample_group(build: TreeBuilder, place: Place) -> bpy.types.NodeTree:
     """X, Y in texels (centres at + 0.5) -> Color, Alpha: bilinear of four fetches, as k.sample states it."""
-    build = TreeBuilder(name)
     for socket in ("X", "Y"):
         build.socket(socket, "Float", is_output=False)
     build.socket("Color", "Vector", is_output=True)

@@ -1,4 +1,7 @@
-"""Short-hand for building a shader node group: constants plug into sockets, sockets link, columns lay themselves out."""
+"""Short-hand for building a shader node group: constants plug into sockets, sockets link, columns lay themselves out.
+
+Blender looks through a whole tree after each change of it, a node's place included, so places are kept here and set all at once.
+"""
 
 import bpy
 
@@ -14,6 +17,7 @@ class TreeBuilder:
         self.tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
         self._parts: dict[str, tuple] = {}
         self._rows: dict[int, int] = {}
+        self._places: dict[int, list[float]] = {}  # of nodes, by their addresses: x, y
         self._frames: dict[str, object] = {"": None}
         self._frame, self._first = None, 0  # what the nodes to come stand in, and its first column
         self.inputs = self.node("NodeGroupInput")
@@ -28,10 +32,11 @@ class TreeBuilder:
     def node(self, kind: str, label: str = "", **properties):
         made = self.tree.nodes.new(kind)
         made.label = label
-        made.location.x = self._first * COLUMN
+        self._places[made.as_pointer()] = [self._first * COLUMN, 0.0]
         made.parent = self._frame
         for name, value in properties.items():
-            setattr(made, name, value)
+            if getattr(made, name) != value:
+                setattr(made, name, value)
         return made
 
     def section(self, text: str) -> None:
@@ -40,23 +45,30 @@ class TreeBuilder:
             return
         self._first = max(self._rows, default=0) + 1
         frame = self.tree.nodes.new("NodeFrame")
+        self._places[frame.as_pointer()] = [0.0, 0.0]
         frame.label, frame.label_size, frame.shrink = text, 14, True
         self._frames[text] = self._frame = frame
 
     def plug(self, socket, source: Source) -> None:
         if isinstance(source, bpy.types.NodeSocket):
             self.tree.links.new(source, socket)
-            socket.node.location.x = max(socket.node.location.x, source.node.location.x + COLUMN)
+            place = self._places[socket.node.as_pointer()]
+            place[0] = max(place[0], self._places[source.node.as_pointer()][0] + COLUMN)
         elif isinstance(source, tuple) or socket.type in ("VALUE", "INT"):
-            socket.default_value = source
+            self.set(socket, source)
         else:
-            socket.default_value = (source,) * len(socket.default_value)
+            self.set(socket, (source,) * len(socket.default_value))
+
+    def set(self, socket, value: float | tuple) -> None:
+        """The value of a socket that nothing is linked to, or of the output of a node that says one."""
+        socket.default_value = value
 
     def finish(self, node):
         """Places a node whose inputs are plugged under the others of its column."""
-        column = round(node.location.x / COLUMN)
+        place = self._places[node.as_pointer()]
+        column = round(place[0] / COLUMN)
         self._rows[column] = row = self._rows.get(column, -1) + 1
-        node.location.y = -ROW * row
+        place[1] = -ROW * row
         return node
 
     def math(self, operation: str, *operands: Source, label: str = ""):
@@ -104,19 +116,27 @@ class TreeBuilder:
         """(first node, last node) of a Repeat zone: count, states [(name, 'Float' | 'Vector')], what each begins with. The last one's
         inputs are the caller's to plug, and then to finish."""
         enter, leave = self.node("GeometryNodeRepeatInput"), self.node("GeometryNodeRepeatOutput")
-        enter.pair_with_output(leave)
-        leave.repeat_items.clear()
-        for name, kind in states:
-            leave.repeat_items.new(kind.upper(), name)
+        self.pair(enter, leave, [(kind.upper(), name) for name, kind in states])
         count = int(count) if isinstance(count, float) else count
         for socket, source in zip(enter.inputs, [count, *initial]):
             self.plug(socket, source)
         self.finish(enter)
         return enter, leave
 
+    def pair(self, enter, leave, items: list[tuple[str, str]]) -> None:
+        """Makes two nodes the ends of a zone. items: (type, name) of what it passes on."""
+        enter.pair_with_output(leave)
+        leave.repeat_items.clear()
+        for item in items:
+            leave.repeat_items.new(*item)
+
     def results(self, *sources: Source) -> None:
-        """Connects the group's outputs, in the order their sockets were made."""
+        """Connects the group's outputs, in the order their sockets were made, and ends the group."""
         node = self.node("NodeGroupOutput")
         for socket, source in zip(node.inputs, sources):
             self.plug(socket, source)
         self.finish(node)
+        self.end()
+
+    def end(self) -> None:
+        self.tree.nodes.foreach_set("location", [n for node in self.tree.nodes for n in self._places[node.as_pointer()]])

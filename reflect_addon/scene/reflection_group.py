@@ -8,7 +8,7 @@ brings), Distance (m), Coverage (0..1), Reflectance, Opacity (share of the surfa
 mirror ray, for other reflectances) and Surface (Radiance times Reflectance times Coverage, as light).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import bpy
 
@@ -17,7 +17,7 @@ from ..core.asset import Asset
 from ..core.kernel import record_function
 from ..core.kernel.schedule import schedule
 from ..core.surface_ray import record_surface
-from .kernel_nodes import emit_nodes
+from .kernel_nodes import Alike, emit_nodes
 from .node_tree import TreeBuilder
 
 REFLECTANCE = "Reflect Reflectance"
@@ -34,15 +34,16 @@ SURFACE = (
 
 
 def reflection_group(
-    asset: Asset, name: str, rough: bool = True, driven: Mapping[str, bpy.types.NodeTree] | None = None
-) -> bpy.types.NodeTree:
+    asset: Asset, name: str, rough: bool = True, driven: Mapping[str, bpy.types.NodeTree] | None = None, alike: Alike | None = None,
+    begun: Callable[[], object] = lambda: None,
+) -> bpy.types.NodeTree:  # fmt: skip
     """A new node group that answers from the asset. Its nested groups are 'NAME Trace' and the shared REFLECTANCE.
 
     rough: the material may be rough: where stand-ins have outlines each sample sends one ray of the lobe. False costs less.
-    driven: what says uniforms of the asset from frame to frame (native_follow.py)."""
+    driven: what says uniforms of the asset from frame to frame (native_follow.py). alike, begun: emit_nodes'."""
     program = record_surface(methods.get(asset.kind).trace, asset, asset.kind, rough)
     # What has no loop is small enough for both sides of its branches, and then Cycles can run it, too.
-    trace = emit_nodes(program, asset, f"{name} Trace", ANSWER, unrolled=not schedule(program, ANSWER).has_loops, driven=driven)
+    trace = emit_nodes(program, asset, f"{name} Trace", ANSWER, not schedule(program, ANSWER).has_loops, driven, alike, begun)
     build = TreeBuilder(name)
     build.socket("Normal", "Vector", is_output=False)
     build.socket("Roughness", "Float", is_output=False)

@@ -129,10 +129,11 @@ def live_states(node: Node, wanted: set[int], known: Known) -> set[int]:
     live = set(wanted)
     pending = [loop.body.results[k] for k in live] + ([loop.body.results[-1]] if loop.has_stop else [])
     own = {state: k for k, state in enumerate(loop.states)}
+    first = min((state.id for state in loop.states), default=0)  # what was recorded before depends on none of them
     seen: set[Node] = set()
     while pending:
         current = pending.pop()
-        if current in seen:
+        if current.id < first or current in seen:
             continue
         seen.add(current)
         if current in own and own[current] not in live:
