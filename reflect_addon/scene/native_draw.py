@@ -16,6 +16,7 @@ from ..core.kernel import KernelError
 from ..core.mirror_planes import is_mirror
 from ..core.snapshot import Instance, SceneSnapshot
 from .eevee_job import Groups
+from .kernel_nodes import Alike
 from .load import load_assets
 from .native_plan import instead_of_views
 from .node_report import describe_group, groups_of, image_bytes, images_of
@@ -46,6 +47,7 @@ class Native:
             if name not in layer.aovs:
                 layer.aovs.add().name = name
         made: dict[int, bpy.types.Material] = {}
+        alike: Alike = {}
         try:
             for instance in self.snapshot.reflectors():
                 asset = asset_of(self.assets, instance)
@@ -55,7 +57,8 @@ class Native:
                 if said := instead_of_views(instance.name, asset):
                     self.notes.append(said)
                 if id(asset) not in self._trees:
-                    self._trees[id(asset)] = with_position(reflection_group(asset, f"Reflect {self.method} {instance.object_name}", rough=False))
+                    name = f"Reflect {self.method} {instance.object_name}"
+                    self._trees[id(asset)] = with_position(reflection_group(asset, name, rough=False, alike=alike))
                     made[id(asset)] = _material(self._trees[id(asset)], diagonal)
                 if large := too_large(made[id(asset)].node_tree):
                     self.notes.append(f"{instance.name} is not drawn: {large}.")
