@@ -82,6 +82,8 @@ class _Emitter(ControlFlow):
 
     def builder(self, name: str) -> TreeBuilder:
         self.begun()
+        if self.like and len(self.builders) == len(self.like):
+            raise Unlike
         made = TreeCopier(name, self.like[len(self.builders)]) if self.like else TreeBuilder(name)
         self.builders.append(made)
         return made

@@ -81,5 +81,23 @@ def test_what_is_unlike_is_made_from_scratch_and_copied_in_turn(fresh_file):
     assert len(next(iter(alike.values()))) == 2
 
 
+def test_a_kernel_with_more_groups_than_what_it_may_be_like(fresh_file):
+    alike = {}
+
+    def emit(steps):
+        def kernel(k, scope, a):
+            def body(i, x):
+                for n in range(steps):
+                    x = k.floor(x * (2.0 + n)) - i
+                return (x,), None
+
+            return {"x": k.loop(3, (a,), body)[0]}
+
+        return emit_nodes(record_function(kernel, {"a": "float"}), Empty, f"G {steps}", ("x",), alike=alike)
+
+    few, many = emit(1), emit(kernel_nodes.GROUP_FROM)
+    assert len(groups_of(few)) == 1 and len(groups_of(many)) == 2 and len(next(iter(alike.values()))) == 2
+
+
 class Empty:
     images, uniforms, options = {}, {}, {}
