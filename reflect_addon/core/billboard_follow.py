@@ -1,6 +1,6 @@
 """Billboards that follow what moves: from an asset and the scene as it is, the table to show and the captures to make.
 
-remake.py says which stand-ins; this module says how for quads. What only moves is the row of its capture, moved (not the
+remake.py says which stand-ins; this module says how for quads, follow_shots.py what is looked at again. What only moves is the row of its capture, moved (not the
 row shown last: a thousand small steps must not add up their roundings). What is made again is the quad that the bake
 itself would fit, looked at by the bake's own camera, and drawn into the block of the atlas that its row has: the block
 keeps its size. A depth map moves with its object; when that deforms its camera keeps its direction and is fitted again, and

@@ -17,7 +17,7 @@ ALPHA = 0.25
 def shaded(k, asset, ray, row, surface, start, kept):
     """vec3: the light of row `row` of its own and, of a glossy one, what its lobe shows of the lamps.
 
-    surface: second_order.py's, where the ray meets it; start: vec3, that place from the asset's centre; kept: float, what its
+    surface: mirror_surface.py's, where the ray meets it; start: vec3, that place from the asset's centre; kept: float, what its
     lobe leaves of the light below."""
     detail, place, placed = (fetch(k, asset, name, row) for name in ("detail", "place", "normals"))
     block, level = k.vec4(placed.xy, place.zw), billboard_kernel.level_of(k, ray, surface.distance, detail)

@@ -21,7 +21,12 @@ from .upload import MeshBuffer
 class SceneOnGpu:
     """Of one renderer. assets: by reflector (core.asset.asset_of), already joined with what they require; surfaces: the scene's surface
     radiance (core/surface_asset.py), from which stand-ins follow what moves. answers: what fills the reflection buffer, let know of each
-    change. attenuation: half distance in metres, None = off."""
+    change. attenuation: half distance in metres, None = off. Holds nothing before the first `update`."""
+
+    snapshot: SceneSnapshot
+    raymap: RayMapPass
+    resolve: Resolve
+    materials: MaterialTable | None = None
 
     def __init__(
         self, assets: dict[str, Asset], surfaces: Asset | None, look: Look, attenuation: float | None, textures: TextureCache,
@@ -34,11 +39,6 @@ class SceneOnGpu:
         self._textures, self._answers, self._counts = textures, answers, counts
         self._followers = Followers(counts, textures)
         self._resolve_type = resolve
-
-    snapshot: SceneSnapshot
-    raymap: RayMapPass
-    resolve: Resolve
-    materials: MaterialTable | None = None
 
     def update(self, snapshot: SceneSnapshot, assets: dict[str, Asset] | None = None, surfaces: Asset | None = None) -> dict[str, int | bool]:
         """Take another snapshot (and assets, with the surfaces that go with them); upload only what changed, and let stand-ins

@@ -28,8 +28,8 @@ def job_of(scene, snapshot):
     return peer.job_of(scene, scene.camera.name, camera, snapshot, numpy_ray_map(snapshot, camera))
 
 
-def found(ours, theirs, without=(), case=scenes.CASES[0]):
-    return Found(case, tuple(ours), tuple(theirs), tuple(without), GREY)
+def found(ours, theirs, without=(), case=scenes.CASES[0], fewer=()):
+    return Found(case, tuple(ours), tuple(fewer), tuple(theirs), tuple(without), GREY)
 
 
 def test_the_room_is_a_box_with_a_ball_and_only_rooms_have_a_volume():
@@ -59,17 +59,20 @@ def test_a_slower_picture_is_the_best_only_where_all_are_slower():
     assert found([slow, slowest], theirs).best() == (slow, theirs[0])
 
 
-def test_fewer_samples_are_taken_only_for_time_and_then_said():
+def test_fewer_samples_count_at_equal_time_alone():
     theirs = [line("EEVEE, tracing", 0.3, seconds=4.0)]
 
     def told(seconds, of_fewer):
-        pair = [line("depth_maps", 0.09, seconds), line("depth_maps", 0.09, of_fewer, bench_eevee.FEWER)]
-        return next(r for r in bench_eevee.told([found(pair, theirs)], {}) if r["id"] == "I7-time")
+        one = found([line("depth_maps", 0.09, seconds)], theirs, fewer=[line("depth_maps", 0.09, of_fewer, bench_eevee.FEWER)])
+        rows = {r["id"]: r for r in bench_eevee.told([one], {})}
+        return rows["I7-time"], rows["I7-equal-time"]
 
-    as_many, fewer, neither = told(3.9, 3.0), told(4.4, 3.6), told(6.0, 4.8)
-    assert as_many["holds"] and as_many["ours"] == pytest.approx([3.9 / 4.0]) and "samples;" not in as_many["how"]
-    assert fewer["holds"] and fewer["ours"] == pytest.approx([0.9]) and f"3.6 ({bench_eevee.FEWER} samples; 4.4 with {peer.SAMPLES}) over 4.0 s" in fewer["how"]
-    assert not neither["holds"] and neither["ours"] == pytest.approx([1.5])
+    for seconds, of_fewer, in_time, at_equal_time in ((3.9, 3.0, True, True), (4.4, 3.6, False, True), (6.0, 4.8, False, False)):
+        time, equal = told(seconds, of_fewer)
+        assert time["ours"] == pytest.approx([seconds / 4.0]) and time["holds"] == in_time
+        assert equal["holds"] == at_equal_time and equal["ours"] == pytest.approx([0.3 if at_equal_time else 1e9])
+    assert f"depth_maps of {peer.SAMPLES} samples, 3.9 over 4.0 s" in told(3.9, 3.0)[1]["how"]
+    assert f"depth_maps of {bench_eevee.FEWER} samples, 3.6 over 4.0 s" in told(4.4, 3.6)[1]["how"]
 
 
 def test_what_is_missing_or_too_far_holds_not():

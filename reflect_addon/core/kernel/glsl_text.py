@@ -1,4 +1,4 @@
-"""Text of GLSL: literals, expressions, names, helper functions, dialects, and where uniforms lie. Used by glsl.py."""
+"""Text of GLSL: literals, expressions, names, helper functions, dialects, and where uniforms lie. Used by glsl.py and glsl_writer.py."""
 
 import re
 from dataclasses import dataclass
